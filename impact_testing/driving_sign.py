@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact_testing.fit import ModalModel, refitted
-from impact_testing.modes import nearer_than_told
+from impact_testing.modes import driving_phase, nearer_than_told
 from impact_testing.responses import PointData
 
 Real = NDArray[np.float64]
@@ -132,5 +132,5 @@ def _phase(pole: complex, value: complex, place: int, covariance: Real) -> tuple
     direction = np.zeros(len(covariance))
     direction[2 * place : 2 * place + 2] = np.array([-value.imag, value.real]) / abs(value) ** 2
     direction[-2:] = np.array([pole.imag, -pole.real]) / abs(pole) ** 2
-    phase = abs(float(np.angle(2j * pole.imag * value**2 / pole**2)))
+    phase = abs(driving_phase(pole, value))
     return phase, 2.0 * float(np.sqrt(direction @ covariance @ direction))

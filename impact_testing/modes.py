@@ -79,6 +79,11 @@ def nearer_than_told(pole: NDArray[np.complex128]) -> NDArray[np.bool_]:
     return np.asarray(near.any(axis=1))
 
 
+def driving_phase(pole: complex, value: complex) -> float:
+    """Return the phase of 2j ω_d ψ² / p² at a point that was struck [rad]; 0 of a real mode."""
+    return float(np.angle(2j * pole.imag * value**2 / pole**2))
+
+
 def _out_of_phase(model: ModalModel, mode: int) -> float:
     """Return 1 - cos φ of the driving point that tells a mode's mass, φ by which it is no mass.
 
@@ -90,7 +95,7 @@ def _out_of_phase(model: ModalModel, mode: int) -> float:
         return 0.0
     value, pole = model.shape[mode, places], complex(model.pole[mode])
     strongest = complex(value[int(np.argmax(np.abs(value)))])
-    return float(1.0 - abs(np.cos(np.angle(2j * pole.imag * strongest**2 / pole**2))))
+    return float(1.0 - abs(np.cos(driving_phase(pole, strongest))))
 
 
 def _with_force(data: Sequence[PointData], found: ScaledMode, doubt: float) -> ScaledMode:

@@ -102,7 +102,7 @@ class ImpactRecord:
         return self.responses.sample_rate_hz
 
 
-def apart(record: ImpactRecord) -> list[ImpactRecord]:
+def runs_of(record: ImpactRecord) -> list[ImpactRecord]:
     """Return the runs of a record, one by one."""
     return [
         replace(

@@ -24,7 +24,7 @@ from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
 from impact_testing.phase_course import course_of
-from impact_testing.record import apart, ImpactRecord, together
+from impact_testing.record import ImpactRecord, runs_of, together
 from impact_testing.taps import begin_of, FILTER_SAMPLES, find_taps, Tap
 from modal_core.numbers.chance import fisher_tail
 from modal_core.numbers.tapers import hann
@@ -102,7 +102,7 @@ def without_steady_lines(record: ImpactRecord) -> Cleared:
     """
     if len(record.runs) == 1:
         return _without(record)
-    each = [_without(run) for run in apart(record)]
+    each = [_without(run) for run in runs_of(record)]
     return Cleared(
         together([one.record for one in each]),
         _in_any(one.taken_hz for one in each),

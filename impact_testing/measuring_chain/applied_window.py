@@ -7,7 +7,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.stats import f as fisher
 
-from impact_testing.record import apart, ImpactRecord
+from impact_testing.record import ImpactRecord, runs_of
 from impact_testing.taps import begin_of, taps_of
 from modal_core.errors import IdentificationError
 
@@ -34,7 +34,7 @@ def check_unwindowed(records: Sequence[ImpactRecord]) -> None:
         Naming how far it falls.
     """
     for record in records:
-        falls = [_fall(run) for run in apart(record)]
+        falls = [_fall(run) for run in runs_of(record)]
         if falls and None not in falls:
             fall = float(np.median(np.array(falls, dtype=float)))
             raise IdentificationError(

@@ -7,7 +7,7 @@ import numpy as np
 
 from impact_testing.measuring_chain.corner import Corner
 from impact_testing.measuring_chain.delay import earlier, force_delay, ForceDelay
-from impact_testing.measuring_chain.response_corner import response_corner
+from impact_testing.measuring_chain.response_corner import without_corner
 from impact_testing.responses import PointData, PointFrf, PointSpectra
 
 ALIKE = 3.0
@@ -66,8 +66,7 @@ def without_chain(
         return [PointData.of(PointFrf(each), lines) for each in clear]
 
     data = [PointData.of(PointFrf(each), lines) for each in spectra]
-    corner = response_corner(data, undone, of_force)
-    data = undone(corner) if corner.sure else data
+    data, corner = without_corner(data, undone, of_force)
     delay = force_delay(data)
     return (
         earlier(data, delay.seconds) if delay.sure else data,

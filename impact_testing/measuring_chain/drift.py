@@ -14,6 +14,7 @@ Real = NDArray[np.float64]
 BLOCK_S = 0.5
 """A tap is so small a part of it that the median does not see it."""
 FEWEST_BLOCKS = 4
+"""Of a cubic spline."""
 CHANCE = 1e-3
 """Of a force at rest whose blocks differ so much."""
 OF_MEDIAN = 0.5 * np.pi

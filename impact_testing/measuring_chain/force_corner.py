@@ -15,7 +15,7 @@ from scipy.optimize import minimize_scalar
 
 from impact_testing.measuring_chain.corner import Corner, NO_CORNER
 from impact_testing.measuring_chain.drift import drift_of
-from impact_testing.record import apart, ImpactRecord
+from impact_testing.record import ImpactRecord, runs_of
 from impact_testing.taps import begin_of, FILTER_SAMPLES, taps_of
 
 Real = NDArray[np.float64]
@@ -35,7 +35,7 @@ def force_corner(records: Sequence[ImpactRecord]) -> Corner:
 
     It must explain more than a drift does.
     """
-    runs = [_RunForce.of(run) for record in records for run in apart(record)]
+    runs = [_RunForce.of(run) for record in records for run in runs_of(record)]
     if all(each.quiet.all() for each in runs):
         return NO_CORNER
     rough = _nearest(runs)
@@ -66,7 +66,7 @@ def _cost(runs: Sequence['_RunForce'], corner_1_s: float) -> float:
 
 def restored(record: ImpactRecord, corner: Corner) -> ImpactRecord:
     """Return a record with the force that was there before the high-pass."""
-    runs = [_RunForce.of(run) for run in apart(record)]
+    runs = [_RunForce.of(run) for run in runs_of(record)]
     force = [each.force_n + each.rest_n + each.lost(TWO_PI * corner.hz) for each in runs]
     return replace(record, force_n=np.concatenate(force))
 

@@ -29,15 +29,17 @@ NEARER = 0.5
 """Share of the phases that the force's corner leaves at most where responses have it too."""
 ROUNDS = 2
 """The first leaves phases so small that the second tells the corner to a thousandth."""
-Undone = Callable[[Corner], Sequence[PointData]]
+Undone = Callable[[Corner], list[PointData]]
 
 
-def response_corner(data: Sequence[PointData], undone: Undone, of_force: Corner) -> Corner:
-    """Estimate the corner that all responses have.
+def without_corner(
+    data: list[PointData], undone: Undone, of_force: Corner
+) -> tuple[list[PointData], Corner]:
+    """Estimate the corner that all responses have, and return them without it.
 
     Parameters
     ----------
-    data : sequence of PointData
+    data : list of PointData
         As they are.
     undone : callable
         Returns them without a high-pass.
@@ -54,7 +56,7 @@ def response_corner(data: Sequence[PointData], undone: Undone, of_force: Corner)
         if not now.sure:
             break
         corner, data = now, undone(now)
-    return corner
+    return data, corner
 
 
 def _left(data: Sequence[PointData]) -> float:

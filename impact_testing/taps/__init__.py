@@ -5,6 +5,7 @@ In come force and responses; out go taps with their faults, and what to do about
 
 from impact_testing.taps.judge import (
     begin_of,
+    BEHIND_S,
     Fault,
     FILTER_SAMPLES,
     gaps,
@@ -18,6 +19,7 @@ from impact_testing.taps.search import find_taps, ForceLevel, Tap, taps_of
 from impact_testing.taps.tap_judge import Guidance, TapJudge
 
 __all__ = [
+    'BEHIND_S',
     'FEWEST_TAPS',
     'FILTER_SAMPLES',
     'Fault',
