@@ -120,8 +120,10 @@ def identify_bands(
         As for :func:`join_bands`.
     """
     selector = selector or BandSelector()
-    selected = (
-        selector.select(source, settings, peaks) for source in sources if source is not None
-    )
-    selections = [selection for selection in selected if selection is not None]
+    selections = [
+        selection
+        for source in sources
+        if source is not None
+        for selection in selector.select(source, settings, peaks)
+    ]
     return join_bands(selections, channels, settings.method, test_line, explains, narrow_hz)

@@ -116,7 +116,7 @@ def _candidates(
 ) -> list[Mode]:
     """Return what may be modes beside those selected."""
     selections = [selector.select(source, settings) for source in sources if source is not None]
-    return candidates_among([each for each in selections if each is not None])
+    return candidates_among([each for both in selections for each in both])
 
 
 def _long(parts: Sequence[Samples]) -> list[Samples]:

@@ -105,6 +105,7 @@ class CovarianceAccumulator:
         # One array for all blocks: they would fragment the memory one by one.
         self._ring = np.empty((0, 0, n_lags, len(references)), np.float32)
         self._powers = np.empty((capacity, 0))
+        self._at_once = np.zeros((capacity, len(references), len(references)))
         self._begun = np.zeros(capacity, dtype=np.int64)
         self._total = np.zeros((0, n_lags, len(references)))
         self._oldest = 0
@@ -150,6 +151,7 @@ class CovarianceAccumulator:
         for place in range(half):
             self._ring[place] = self._ring[2 * place] + self._ring[2 * place + 1]
             self._powers[place] = self._powers[2 * place] + self._powers[2 * place + 1]
+            self._at_once[place] = self._at_once[2 * place] + self._at_once[2 * place + 1]
             self._begun[place] = self._begun[2 * place] + self._begun[2 * place + 1]
         self.n_blocks = half
         self.block_samples *= 2
@@ -162,10 +164,15 @@ class CovarianceAccumulator:
         self._past = np.concatenate([past, rows[-self.n_lags :]])[-self.n_lags :]
         # Channels first: combining them is one product of matrices.
         power = np.einsum('tc,tc->c', rows, rows, dtype=float)
-        self._keep_block(sums.transpose(1, 0, 2), power, begins)
+        own = rows[:, self.references].astype(float)
+        self._keep_block(sums.transpose(1, 0, 2), power, own.T @ own, begins)
 
     def _keep_block(
-        self, sums: NDArray[np.floating], power: NDArray[np.float64], begins: bool
+        self,
+        sums: NDArray[np.floating],
+        power: NDArray[np.float64],
+        at_once: NDArray[np.float64],
+        begins: bool,
     ) -> None:
         if self.n_added == 0:
             self._ring = np.empty((self.capacity, *sums.shape), np.float32)
@@ -179,6 +186,7 @@ class CovarianceAccumulator:
             place = self.n_blocks
             self.n_blocks += 1
         self._ring[place], self._powers[place], self._begun[place] = sums, power, begins
+        self._at_once[place] = at_once
         self._total += self._ring[place]
 
     @property
@@ -190,6 +198,11 @@ class CovarianceAccumulator:
     def power(self) -> NDArray[np.float64]:
         """Mean square of each channel over the blocks kept, (n_channels,) array."""
         return np.asarray(np.mean(self._powers[: self.n_blocks], axis=0) / self.block_samples)
+
+    @property
+    def at_once(self) -> NDArray[np.float64]:
+        """Covariance of the references at lag 0, their noise in it, n_references square."""
+        return np.asarray(self._at_once[: self.n_blocks].mean(axis=0) / self.block_samples)
 
     @property
     def mean(self) -> NDArray[np.float64]:

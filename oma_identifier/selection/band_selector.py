@@ -1,20 +1,30 @@
 """Bands whose covariances did not change are not solved again."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from weakref import WeakKeyDictionary
 
+from oma_identifier.selection.mixtures import told_apart
 from oma_identifier.selection.selection import BandSelection, select_in_band
-from oma_identifier.selection.ssi_poles import identify_band
+from oma_identifier.selection.ssi_poles import identify_band, identify_canonical
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import SpectralPeaks
 from oma_identifier.subspace import BandCovariance
 
 
 class BandSelector:
-    """Selects the modes of bands, and knows what it selected as long as the covariances live."""
+    """Selects the modes of bands, and knows what it selected as long as the covariances live.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    tells_apart : bool
+        Solve each band by canonical variates too, and take what these tell apart.
+    """
+
+    def __init__(self, *, tells_apart: bool = True) -> None:
+        self._tells_apart = tells_apart
         self._selected: WeakKeyDictionary[
-            BandCovariance, dict[IdentificationSettings, BandSelection | None]
+            BandCovariance, dict[IdentificationSettings, Sequence[BandSelection]]
         ] = WeakKeyDictionary()
 
     def select(
@@ -22,7 +32,7 @@ class BandSelector:
         source: BandCovariance,
         settings: IdentificationSettings,
         peaks: SpectralPeaks | None = None,
-    ) -> BandSelection | None:
+    ) -> Sequence[BandSelection]:
         """Identify the poles of one band and select its modes.
 
         Parameters
@@ -36,11 +46,33 @@ class BandSelector:
 
         Returns
         -------
-        BandSelection or None
-            None where the record is too short for any pole.
+        sequence of BandSelection
+            None where the record is too short for any pole; two where canonical variates tell
+            apart what is one pole without.
         """
         known = self._selected.setdefault(source, {})
         if settings not in known:
-            band = identify_band(source, settings)
-            known[settings] = None if band is None else select_in_band(band, settings, peaks)
+            known[settings] = self._select(source, settings, peaks)
         return known[settings]
+
+    def _select(
+        self,
+        source: BandCovariance,
+        settings: IdentificationSettings,
+        peaks: SpectralPeaks | None,
+    ) -> Sequence[BandSelection]:
+        band = identify_band(source, settings)
+        if band is None:
+            return ()
+        plain = select_in_band(band, settings, peaks)
+        again = identify_canonical(band) if self._tells_apart and plain.selected else None
+        if again is None:
+            return (plain,)
+        canonical = select_in_band(again, settings, peaks)
+        stay, instead = told_apart(plain.selected, canonical.selected)
+        if not instead:
+            return (plain,)
+        return (
+            replace(plain, selected=tuple(stay)),
+            replace(canonical, selected=tuple(instead), unsure=()),
+        )

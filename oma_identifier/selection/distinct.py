@@ -15,7 +15,7 @@ def without_repeats(poles: list[SelectedPole]) -> list[SelectedPole]:
     """Return one pole per mode, the best determined, by frequency."""
     kept: list[SelectedPole] = []
     for pole in sorted(poles, key=_absolute_uncertainty):
-        better = next((other for other in kept if _same_mode(pole, other)), None)
+        better = next((other for other in kept if is_same_mode(pole, other)), None)
         if better is None:
             kept.append(pole)
         else:
@@ -28,7 +28,7 @@ def without_repeats(poles: list[SelectedPole]) -> list[SelectedPole]:
 def new_among(poles: list[SelectedPole], known: list[SelectedPole]) -> list[SelectedPole]:
     """Return one pole for each mode that is none of those known, by frequency."""
     return without_repeats(
-        [pole for pole in poles if not any(_same_mode(pole, other) for other in known)]
+        [pole for pole in poles if not any(is_same_mode(pole, other) for other in known)]
     )
 
 
@@ -36,7 +36,8 @@ def _absolute_uncertainty(pole: SelectedPole) -> float:
     return pole.deviation.frequency_std_hz / pole.frequency_hz
 
 
-def _same_mode(first: SelectedPole, second: SelectedPole) -> bool:
+def is_same_mode(first: SelectedPole, second: SelectedPole) -> bool:
+    """Tell whether two poles are views of one mode."""
     width = max(-first.pole.real, -second.pole.real)
     if abs(first.pole - second.pole) > SELECTION.same_distance * width:
         return False

@@ -15,7 +15,7 @@ from oma_identifier.selection.thresholds import SELECTION
 from oma_identifier.subspace import PoleDeviation
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SelectedPole:
     """One mode candidate.
 

@@ -17,6 +17,8 @@ from oma_identifier.subspace import (
     BandCovariance,
     deviation_from,
     factorise,
+    factorise_canonical,
+    HankelFactors,
     influence,
     MultiOrder,
     OrderSolution,
@@ -24,6 +26,7 @@ from oma_identifier.subspace import (
     PoleDeviation,
     poles_of_orders,
     PoleSensitivity,
+    SUBSPACE,
 )
 
 EVERY_ORDER_TO = 28
@@ -150,7 +153,12 @@ def identify_band(
     if not np.any(source.mean):
         log.debug('band to %.4g Hz: nothing moves in it', source.band.high_hz)
         return None
-    factors = factorise(source.covariance.mean, source.block_rows)
+    return _solved(source, factorise(source.covariance.mean, source.block_rows), orders)
+
+
+def _solved(
+    source: BandCovariance, factors: HankelFactors, orders: Sequence[int]
+) -> BandIdentification:
     system = MultiOrder(factors, orders[-1])
     solutions = {order: system.solve(order) for order in orders if order <= system.highest}
     raw = poles_of_orders(tuple(solutions.values()), output_matrix(source.mean, factors))
@@ -161,3 +169,16 @@ def identify_band(
         shape=raw.shape,
     )
     return BandIdentification(source, system, solutions, poles)
+
+
+def identify_canonical(plain: BandIdentification) -> BandIdentification | None:
+    """Identify the poles of a band once more, by canonical variates of its references.
+
+    None where the record is too short for so many of them.
+    """
+    source = replace(plain.source, covariance=plain.source.own)
+    n_rows = source.block_rows * len(source.at_once)
+    if source.covariance.n_samples < SUBSPACE.canonical_samples * n_rows:
+        return None
+    factors = factorise_canonical(source.covariance.mean, source.at_once, source.block_rows)
+    return _solved(source, factors, tuple(plain.solutions))

@@ -6,10 +6,12 @@ scatter of the covariances gives them: covariance-driven subspace identification
 """
 
 from oma_identifier.subspace.band_stream import BandCovariance, BandStream
+from oma_identifier.subspace.canonical import factorise_canonical
 from oma_identifier.subspace.csi import combined_gram, combined_poles
 from oma_identifier.subspace.record_streams import RecordStreams
 from oma_identifier.subspace.ssi_cov import (
     factorise,
+    HankelFactors,
     MultiOrder,
     OrderSolution,
     output_matrix,
@@ -17,6 +19,7 @@ from oma_identifier.subspace.ssi_cov import (
     RawPoles,
 )
 from oma_identifier.subspace.ssi_data import data_gram, data_poles, poles_of_projection
+from oma_identifier.subspace.thresholds import SUBSPACE
 from oma_identifier.subspace.uncertainty import (
     deviation_from,
     influence,
@@ -25,8 +28,10 @@ from oma_identifier.subspace.uncertainty import (
 )
 
 __all__ = [
+    'SUBSPACE',
     'BandCovariance',
     'BandStream',
+    'HankelFactors',
     'MultiOrder',
     'OrderSolution',
     'PoleDeviation',
@@ -39,6 +44,7 @@ __all__ = [
     'data_poles',
     'deviation_from',
     'factorise',
+    'factorise_canonical',
     'influence',
     'output_matrix',
     'poles_of_orders',

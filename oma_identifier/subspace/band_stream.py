@@ -41,6 +41,10 @@ class BandCovariance:
         Of the block Hankel matrix.
     max_order : int
         Highest model order that so many rows are for.
+    own : OutputCovariance
+        As ``covariance``, of the references with one another.
+    at_once : (n_references, n_references) array
+        Of the references with one another at lag 0, where their noise is.
     """
 
     band: Band
@@ -49,6 +53,8 @@ class BandCovariance:
     scale: NDArray[np.float64]
     block_rows: int
     max_order: int
+    own: OutputCovariance
+    at_once: NDArray[np.float64]
 
 
 class BandStream:
@@ -143,7 +149,9 @@ class BandStream:
         if len(scale) > SUBSPACE.most_outputs:
             first = mean[: 2 * rows - 1]
             outputs = inverse[:, None] * compress_outputs(first, SUBSPACE.most_outputs)
-        covariance = blocks.result(self.band.sample_rate_hz, outputs, weight)
+        rate_hz = self.band.sample_rate_hz
+        covariance = blocks.result(rate_hz, outputs, weight)
+        own = blocks.result(rate_hz, np.diag(inverse)[:, blocks.references], weight)
         order = self._settings.max_order
         if len(mean) >= 2 * rows and lack_modes(covariance, rows, order):
             rows, order = 2 * rows, 2 * order
@@ -155,4 +163,6 @@ class BandStream:
             scale=scale,
             block_rows=rows,
             max_order=order,
+            own=own.up_to(n_lags),
+            at_once=blocks.at_once * np.outer(weight, weight),
         )

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len
 
+from oma_identifier.subspace.ssi_cov import back_substituted
+
 Real = NDArray[np.float64]
 Single = NDArray[np.float32]
 Complex = NDArray[np.complex128]
@@ -34,6 +36,9 @@ class LagGradient:
         Size of one block.
     highest : int
         Highest model order.
+    left_root, right_root : square array or None
+        As of :class:`HankelFactors`, taken for known: to first order they change no pole of a
+        model that holds.
     """
 
     def __init__(
@@ -44,6 +49,8 @@ class LagGradient:
         n_outputs: int,
         n_references: int,
         highest: int,
+        left_root: Real | None = None,
+        right_root: Real | None = None,
     ) -> None:
         self._n_outputs, self._n_references = n_outputs, n_references
         self._block_rows = len(left) // n_outputs
@@ -52,8 +59,14 @@ class LagGradient:
         self._length = next_fast_len(self._n_lags, real=True)
         self._left = left.astype(np.float32)
         self._right = right.astype(np.float32)
-        self._left_spectrum = self._transformed(self._left[:, :highest], self._block_rows)
-        right_spectrum = self._transformed(self._right[:, :highest], self._block_columns)
+        self._left_root = left_root
+        # The same vectors as they stand in a gradient on the matrix itself.
+        self._left_back = self._of_matrix(self._left)
+        self._right_back = self._right
+        if right_root is not None:
+            self._right_back = back_substituted(right_root, right).astype(np.float32)
+        self._left_spectrum = self._transformed(self._left_back[:, :highest], self._block_rows)
+        right_spectrum = self._transformed(self._right_back[:, :highest], self._block_columns)
         self._right_spectrum = np.ascontiguousarray(right_spectrum.transpose(0, 2, 1))
         # Of the difference of squares only what lies below the diagonal is ever used.
         gap = np.tril(values[:highest] ** 2 - values[:, None] ** 2, -1)
@@ -61,6 +74,11 @@ class LagGradient:
         self._turns_left = (inverse * values[:highest]).astype(np.float32)[:, None]
         self._turns_right = (inverse * values[:, None]).astype(np.float32)[:, None]
         self._inverse_values = (1.0 / values[:highest]).astype(np.float32)
+
+    def _of_matrix(self, vectors: Single) -> Single:
+        if self._left_root is None:
+            return vectors
+        return back_substituted(self._left_root, vectors).astype(np.float32)
 
     def _transformed(self, vectors: Single, n_blocks: int) -> SingleComplex:
         """Return transforms over the blocks, (n_frequencies, size of a block, n_vectors)."""
@@ -109,11 +127,11 @@ class LagGradient:
             mixed = (own @ part.reshape(n_parts, -1)).reshape(-1, 2, order)
             to_left = mixed * self._turns_left[order:, :, :order]
             to_right = mixed * self._turns_right[order:, :, :order]
-            turned = self._left[:, order:] @ to_left.reshape(-1, 2 * order)
+            turned = self._left_back[:, order:] @ to_left.reshape(-1, 2 * order)
             part *= self._inverse_values[:order]
-            turned += outside[:, :, number] @ part.reshape(n_parts, -1)
+            turned += self._of_matrix(outside[:, :, number] @ part.reshape(n_parts, -1))
             first = self._transformed(turned, self._block_rows)
-            turned = self._right[:, order:] @ to_right.reshape(-1, 2 * order)
+            turned = self._right_back[:, order:] @ to_right.reshape(-1, 2 * order)
             second = self._transformed(turned, self._block_columns)
             first = first.reshape(n_frequencies, 2 * n_outputs, order)
             second = second.reshape(n_frequencies, 2 * n_references, order).transpose(0, 2, 1)

@@ -28,6 +28,8 @@ class HankelFactors:
         Singular vectors.
     n_outputs, n_references : int
         Size of one block.
+    left_root, right_root : square array or None
+        Lower triangular L and K where the triplets are those of L⁻¹ H K⁻ᵀ instead.
     """
 
     left: NDArray[np.float64]
@@ -35,6 +37,20 @@ class HankelFactors:
     right: NDArray[np.float64]
     n_outputs: int
     n_references: int
+    left_root: NDArray[np.float64] | None = None
+    right_root: NDArray[np.float64] | None = None
+
+    @property
+    def observability(self) -> NDArray[np.float64]:
+        """A basis of the columns of H, (block_rows * n_outputs, n_kept)."""
+        return self.left if self.left_root is None else self.left_root @ self.left
+
+    @property
+    def columns(self) -> NDArray[np.float64]:
+        """The combinations of columns of H that this basis is, (columns of H, n_kept)."""
+        root = self.right_root
+        right = self.right if root is None else back_substituted(root, self.right)
+        return np.asarray(right / self.values)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,16 +97,29 @@ def factorise(covariance: NDArray[np.float64], block_rows: int) -> HankelFactors
     The eigenvalues of HᵀH are as good as a singular value decomposition here: what matters lies
     within a few decades of the largest singular value, the rest is estimation noise.
     """
-    hankel = block_hankel(covariance, block_rows)
     _, n_channels, n_references = covariance.shape
-    squares, vectors = np.linalg.eigh(hankel.T @ hankel)
-    n_kept = min(hankel.shape)
+    left, values, right = singular_triplets(block_hankel(covariance, block_rows))
+    return HankelFactors(left, values, right, n_channels, n_references)
+
+
+def singular_triplets(
+    matrix: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return left vectors, singular values and right vectors, of values above rounding."""
+    squares, vectors = np.linalg.eigh(matrix.T @ matrix)
+    n_kept = min(matrix.shape)
     values = np.sqrt(np.maximum(squares[::-1][:n_kept], 0.0))
     right = vectors[:, ::-1][:, :n_kept]
     keep = values > 1e-7 * values[0]
     values, right = values[keep], right[:, keep]
-    left = (hankel @ right) / values
-    return HankelFactors(left, values, right, n_channels, n_references)
+    return (matrix @ right) / values, values, right
+
+
+def back_substituted(
+    root: NDArray[np.float64], vectors: NDArray[np.floating]
+) -> NDArray[np.float64]:
+    """Return L⁻ᵀ times vectors, of a lower triangular L."""
+    return np.asarray(solve_triangular(root, vectors, lower=True, trans='T', check_finite=False))
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +160,7 @@ class MultiOrder:
         self.factors = factors
         size = factors.n_outputs
         self.highest = min(highest, len(factors.values), len(factors.left) - size)
-        observability = factors.left[:, : self.highest]
+        observability = factors.observability[:, : self.highest]
         self.orthogonal, self.triangle = qr(
             observability[:-size], mode='economic', check_finite=False
         )
@@ -199,4 +228,4 @@ def output_matrix(covariance: NDArray[np.float64], factors: HankelFactors) -> ND
     """Return the output matrix of all channels, (n_channels, n_kept), for compressed factors."""
     n_columns = len(factors.right) // factors.n_references
     first_row = covariance[:n_columns].transpose(1, 0, 2).reshape(covariance.shape[1], -1)
-    return np.asarray(first_row @ factors.right / factors.values)
+    return np.asarray(first_row @ factors.columns)
