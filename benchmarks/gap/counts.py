@@ -39,6 +39,7 @@ VALUES = {
     'encoder_offset': ('offset', 'offset'),
     'sensor_gain': ('gain', 'gain'),
     'sensor_delay': ('delay', 'delay'),
+    'sensor_mount_resonance': ('f', 'frequency'),
 }
 
 
