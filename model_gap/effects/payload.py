@@ -5,16 +5,20 @@ import dataclasses
 from typing import ClassVar
 
 from model_gap.cell import CellModel, Nuisance
-from model_gap.effects.effect import Effect, EffectParameter, Scene
+from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
 from model_gap.effects.places import arm_mass, body_of, centre, moving_links, Place, unused_name
 from structural_model.description import MassSpec
 
 
-class Payload(Effect):
-    """M += m AᵀA + I JᵀJ at one link, usually the last."""
+class Payload(DetailedEffect):
+    """M += m AᵀA + I JᵀJ at one link, usually the last.
+
+    It turns as hard about every axis until a good fit frees the ratios: where tools are not round
+    and this is not said, their centre of mass moves to make up for it.
+    """
 
     type = 'payload'
-    equation = 'M += m AᵀA + m r² JᵀJ, A = J_v - [c]× J_w at the link'
+    equation = 'M += m AᵀA + m Jᵀ diag(r²) J, A = J_v - [c]× J_w at the link'
     source = 'rigid-body inertia at the flange; Swevers et al. (1997), doi:10.1109/70.631234'
     shown_at = 'flange'
     point = ('com_x', 'com_y', 'com_z')
@@ -35,9 +39,9 @@ class Payload(Effect):
         return [cls(last), *(cls(link) for link in reversed(others))]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
-        """Return mass, centre of mass and radius of gyration."""
+        """Return mass, centre of mass and radius of gyration; its ratios between the axes."""
         total = max(1.0, 0.05 * arm_mass(scene))
-        return (
+        first = (
             EffectParameter('mass', 'kg', total, -4.0 * total, 8.0 * total),
             *(
                 EffectParameter(f'com_{axis}', 'm', 0.15, place - 0.6, place + 0.6, neutral=place)
@@ -45,16 +49,26 @@ class Payload(Effect):
             ),
             EffectParameter('gyration', 'm', 0.05, 0.0, 0.4, neutral=0.06),
         )
+        if not self.details:
+            return first
+        return (
+            *first,
+            *(
+                EffectParameter(f'gyration_{axis}_over_x', '1', 0.5, 0.2, 5.0, 1.0, log=True)
+                for axis in 'yz'
+            ),
+        )
 
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Fix the mass to the link."""
-        mass, x, y, z, radius = values
+        mass, x, y, z, radius = values[:5]
+        ratios = (1.0, *values[5:]) if self.details else (1.0, 1.0, 1.0)
         item = MassSpec(
             name=unused_name(f'gap_{self.type}_{self.location}', cell.spec.masses),
             link=str(self.location),
             mass_kg=mass,
             position_m=(x, y, z),
-            gyration_m=(radius,) * 3 if mass > 0.0 else (0.0, 0.0, 0.0),
+            gyration_m=tuple(radius * ratio if mass > 0.0 else 0.0 for ratio in ratios),
         )
         return cell.with_spec(dataclasses.replace(cell.spec, masses=(*cell.spec.masses, item)))
 
