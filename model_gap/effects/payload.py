@@ -62,13 +62,14 @@ class Payload(DetailedEffect):
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
         """Fix the mass to the link."""
         mass, x, y, z, radius = values[:5]
-        ratios = (1.0, *values[5:]) if self.details else (1.0, 1.0, 1.0)
+        about_y, about_z = values[5:] if self.details else (1.0, 1.0)
+        radius = radius if mass > 0.0 else 0.0
         item = MassSpec(
             name=unused_name(f'gap_{self.type}_{self.location}', cell.spec.masses),
             link=str(self.location),
             mass_kg=mass,
             position_m=(x, y, z),
-            gyration_m=tuple(radius * ratio if mass > 0.0 else 0.0 for ratio in ratios),
+            gyration_m=(radius, radius * about_y, radius * about_z),
         )
         return cell.with_spec(dataclasses.replace(cell.spec, masses=(*cell.spec.masses, item)))
 
