@@ -1,4 +1,4 @@
-"""A tool is not a ball: what it turns as about each axis is not told by where it is."""
+"""A tool is not a ball: it turns harder about one axis than about another."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ TOOL = {
 
 @pytest.mark.slow
 def test_a_centre_of_mass_does_not_move_to_make_up_for_inertia(robot, campaign_of):
-    """With one radius for all axes it is four of its deviations off, with three within two."""
+    """With one radius for all axes it is over three deviations off, with three below 2.5."""
     campaign = campaign_of([TOOL], SEED, n_fit=3, n_held=0, duration=16.0)
     search = Search.begin(robot, campaign, SearchSettings(), simulated=True)
     start = search.nominal.with_effect(Payload('flange'), (40.0, *CENTRE, 0.1))
