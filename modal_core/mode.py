@@ -1,7 +1,7 @@
 """Identified modes."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from typing import Any
 
@@ -71,6 +71,18 @@ class Mode:
         'estimated with the known motion of the joints, not from the responses alone',
         default=False,
     )
+
+    @property
+    def untold(self) -> 'Mode':
+        """The mode without standard deviations."""
+        return replace(
+            self,
+            frequency_std_hz=math.nan,
+            damping_ratio_std=math.nan,
+            shape_std=None,
+            mac_loss=math.nan,
+            mac_loss_std=math.nan,
+        )
 
     def values(self) -> dict[str, Any]:
         """Return the fields as files and messages name them, complex ones in two parts.

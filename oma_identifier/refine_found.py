@@ -22,6 +22,7 @@ from oma_identifier.selection import (
     NewModeTest,
     renumbered,
     SELECTION,
+    with_forced,
     without_doubtful,
 )
 from oma_identifier.settings import IdentificationSettings
@@ -106,7 +107,9 @@ def refine_found(
         adopt(parts[0], found.modes, found.harmonics, _long(parts), candidates),
         NewModeTest(parts[0], settings, found.harmonics, explains),
     )
-    return replace(found, modes=adopted.modes, poles=renumbered(found.poles, adopted.origin))
+    forced = [found.modes.modes[index] for index in adopted.forced]
+    found = replace(found, modes=adopted.modes, poles=renumbered(found.poles, adopted.origin))
+    return with_forced(found, forced)
 
 
 def _candidates(

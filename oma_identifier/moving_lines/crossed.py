@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-import math
 
 from modal_core.mode import Mode
 from oma_identifier.moving_lines.removal import MovingLine
@@ -38,7 +37,7 @@ def with_moving(found: Identified, lines: Sequence[MovingLine]) -> Identified:
         found = only(found, [i for i in range(len(found.modes)) if i not in hidden])
         doubtful_hz = {*found.doubtful_hz, *(line.frequency_hz for line in hidden.values())}
         found = replace(found, doubtful_hz=tuple(sorted(doubtful_hz)))
-    modes = tuple(_uncertain(mode) if _is_crossed(mode, taken) else mode for mode in found.modes)
+    modes = tuple(mode.untold if _is_crossed(mode, taken) else mode for mode in found.modes)
     found = replace(found, modes=replace(found.modes, modes=modes))
     return with_lines(found, [*(line.mode for line in taken), *new])
 
@@ -56,13 +55,3 @@ def _is_crossed(mode: Mode, lines: Sequence[MovingLine]) -> bool:
         for line in lines
     )
 
-
-def _uncertain(mode: Mode) -> Mode:
-    return replace(
-        mode,
-        frequency_std_hz=math.nan,
-        damping_ratio_std=math.nan,
-        shape_std=None,
-        mac_loss=math.nan,
-        mac_loss_std=math.nan,
-    )

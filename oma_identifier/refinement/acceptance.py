@@ -28,6 +28,8 @@ class Outcome(StrEnum):
     TOO_SHORT = 'too_short'
     NOT_CONVERGED = 'not_converged'
     MODEL_MISFIT = 'model_misfit'
+    NARROW_FORCE = 'narrow_force'
+    """A peak that ends as no resonance does."""
     NOT_TRIED = 'not_tried'
 
 

@@ -28,6 +28,7 @@ from oma_identifier.likelihood import (
 from oma_identifier.one_thread import one_thread
 from oma_identifier.refinement.acceptance import Outcome, TAKEN
 from oma_identifier.refinement.band_fitter import slopes_of
+from oma_identifier.refinement.narrow_force import NarrowForce
 from oma_identifier.refinement.refining import GivenIndex, is_refinable, Record, Refining
 from oma_identifier.refinement.stages import STAGES
 from oma_identifier.refinement.warm_start import RefinedMode, WarmStart
@@ -57,6 +58,8 @@ class Refinement:
         One per mode given, None where it was not refined.
     slopes : tuple of ForceSlope
         Of the bands that were fitted.
+    narrow : tuple of NarrowForce
+        Forces that were taken for modes.
     """
 
     modes: ModeSet
@@ -67,6 +70,7 @@ class Refinement:
     channels: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
     refined: tuple[RefinedMode | None, ...] = ()
     slopes: tuple[ForceSlope, ...] = ()
+    narrow: tuple[NarrowForce, ...] = ()
 
 
 def refine(
@@ -176,6 +180,7 @@ def _refinement(of: Refining) -> Refinement:
         record.channels,
         tuple(refined),
         tuple(slopes_of([each.without or each for each in of.fits])),
+        of.narrow,
     )
 
 

@@ -25,6 +25,7 @@ from oma_identifier.likelihood import (
 )
 from oma_identifier.refinement.acceptance import Outcome
 from oma_identifier.refinement.band_fitter import BandFitter
+from oma_identifier.refinement.narrow_force import NarrowForce
 from oma_identifier.refinement.warm_start import StartingValues, WarmStart
 
 GivenIndex = NewType('GivenIndex', int)
@@ -136,6 +137,8 @@ class Refining:
         Modes that were not given and that the data demand.
     outcomes : mapping of GivenIndex to Outcome
         As far as known.
+    narrow : tuple of NarrowForce
+        Forces that were taken for modes.
     """
 
     record: Record
@@ -146,6 +149,7 @@ class Refining:
     fits: tuple[GroupFit, ...] = ()
     added: Mapping[ModeIndex, GroupFit] = field(default_factory=dict)
     outcomes: Mapping[GivenIndex, Outcome] = field(default_factory=dict)
+    narrow: tuple[NarrowForce, ...] = ()
 
     @classmethod
     def begin(

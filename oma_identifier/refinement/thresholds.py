@@ -1,6 +1,7 @@
 """What the refinement decides by, all in one place, each with its meaning, source or measure."""
 
 from dataclasses import dataclass
+import math
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +52,10 @@ class RefinementThresholds:
     """Squared coherence of the forces of two modes from where on they may be one force."""
     known_chance: float = 1e-3
     """Share of bands whose response to known inputs the model describes that are taken to bend."""
+    ending_odds: float = math.log(1000.0)
+    """Log odds of a bell that ends against a resonance, from where on it is that of a force."""
+    ending_apart: float = 0.5
+    """Distance up to which such a bell is that of the supposed mode."""
 
     # It replaces the plain estimate (Hausman 1978).
     adopted_misfit: float = 1.05

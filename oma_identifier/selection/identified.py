@@ -132,6 +132,16 @@ def with_lines(found: Identified, lines: Sequence[Mode]) -> Identified:
     return replace(found, harmonics=replace(found.harmonics, modes=tuple(merged)))
 
 
+def with_forced(found: Identified, forced: Sequence[Mode]) -> Identified:
+    """Return what was found with peaks of narrow-band forces, as harmonics in doubt.
+
+    A longer record tells them from modes still better.
+    """
+    hz = {*found.doubtful_hz, *(mode.frequency_hz for mode in forced)}
+    lines = [replace(mode.untold, damping_ratio=0.0, harmonic=True) for mode in forced]
+    return with_lines(replace(found, doubtful_hz=tuple(sorted(hz))), lines)
+
+
 def harmonic(line: Line) -> Mode:
     """Return a line as a mode without damping, marked harmonic."""
     shape = normalise(line.shape)

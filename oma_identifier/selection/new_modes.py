@@ -95,6 +95,5 @@ def without_doubtful(adopted: Adopted, test: NewModeTest) -> Adopted:
     doubtful = {index for index, good in zip(new, credible, strict=True) if not good}
     kept = [index for index in range(len(adopted.origin)) if index not in doubtful]
     modes = tuple(adopted.modes.modes[index] for index in kept)
-    return Adopted(
-        replace(adopted.modes, modes=modes), tuple(adopted.origin[index] for index in kept)
-    )
+    origin = tuple(adopted.origin[index] for index in kept)
+    return replace(adopted, modes=replace(adopted.modes, modes=modes), origin=origin)
