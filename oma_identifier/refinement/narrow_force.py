@@ -41,7 +41,7 @@ STEPS, FIRST_DAMPING = 12, 0.1
 MOST_LOG = 30.0
 REACH = 2.0
 """Deviations of the frequencies of a force, where its power has fallen by 9 dB."""
-STARTS = 0.7, 1.5, 3.0
+STARTS = 1.5, 3.0
 """Widths of a bell that ends to begin with, in half-widths of the mode."""
 
 
@@ -81,6 +81,8 @@ def narrow_forces(fits: Sequence[GroupFit]) -> dict[ModeIndex, NarrowForce]:
 def narrow_force(data: BandData, model: BandModel, position: BandIndex) -> NarrowForce | None:
     """Return the force behind a peak that ends, None where it is a mode as far as can be told.
 
+    Of modes with another one in their half-power band it is not told: they share one peak.
+
     Parameters
     ----------
     data : BandData
@@ -90,6 +92,11 @@ def narrow_force(data: BandData, model: BandModel, position: BandIndex) -> Narro
     position : BandIndex
         Of the supposed mode.
     """
+    hz = float(model.frequency_hz[position])
+    half_width_hz = float(model.damping_ratio[position]) * hz
+    apart_hz = np.delete(np.abs(model.frequency_hz[: model.n_free] - hz), position)
+    if np.any(apart_hz < half_width_hz):
+        return None
     try:
         motion = _Motion.of(data, model, position)
         resonance = motion.most_likely(_resonance, 1.0)
@@ -99,8 +106,6 @@ def narrow_force(data: BandData, model: BandModel, position: BandIndex) -> Narro
     is_own = abs(ending.middle) < REFINEMENT.ending_apart
     if not (is_own and ending.value - resonance.value > REFINEMENT.ending_odds):
         return None
-    hz = float(model.frequency_hz[position])
-    half_width_hz = float(model.damping_ratio[position]) * hz
     return NarrowForce(hz + ending.middle * half_width_hz, REACH * ending.width * half_width_hz)
 
 
@@ -139,6 +144,9 @@ class _Motion:
         Level that the mode adds for each unit of its power.
     count : (n_lines,) array
         Values in each average.
+    tilt : (n_lines,) array
+        Logarithm of the power of the mode, 0 at its peak, over a bell of displacements that is
+        even: of accelerations, and of a force with a slope.
     highest : float
         Logarithm of the power of the mode at its peak.
     """
@@ -147,6 +155,7 @@ class _Motion:
     level: Real
     seen: Real
     count: Real
+    tilt: Real
     highest: float
 
     @classmethod
@@ -162,14 +171,17 @@ class _Motion:
         best = np.linalg.inv(beside) @ shape
         seen = np.einsum('c,kc->k', shape.conj(), best).real
         power = np.einsum('kc,kcd,kd->k', best.conj(), data.periodogram, best).real
-        peak = model.force[position, position].real * np.max(np.abs(gain[:, position]) ** 2)
+        peak = model.force[position, position].real / (4.0 * ratio**2)
         if not (np.all(seen > 0.0) and peak > 0.0):
             raise np.linalg.LinAlgError
+        away = (data.frequency_hz - hz) / (ratio * hz)
+        own = 4.0 * ratio**2 * np.abs(gain[:, position]) ** 2
         return cls(
-            np.asarray((data.frequency_hz - hz) / (ratio * hz)),
+            np.asarray(away),
             np.asarray(power / seen),
             np.asarray(seen),
             data.n_averaged,
+            np.log(own) + np.log1p(away**2),
             math.log(peak),
         )
 
@@ -193,7 +205,7 @@ class _Motion:
         width = _width(at)
         away = (self.away - at[1]) / width
         bell, slope = shape(away)
-        added = self.seen * np.exp(np.clip(at[0] + bell, -MOST_LOG, MOST_LOG))
+        added = self.seen * np.exp(np.clip(at[0] + self.tilt + bell, -MOST_LOG, MOST_LOG))
         expected = 1.0 + added
         value = -float(np.sum(self.count * (np.log(expected) + self.level / expected)))
         by = (added / expected) * np.stack([np.ones(len(away)), -slope / width, -slope * away])

@@ -54,7 +54,7 @@ class RefinementThresholds:
     """Share of bands whose response to known inputs the model describes that are taken to bend."""
     ending_odds: float = math.log(1000.0)
     """Log odds of a bell that ends against a resonance, from where on it is that of a force."""
-    ending_apart: float = 0.5
+    ending_apart: float = 0.75
     """Distance up to which such a bell is that of the supposed mode."""
 
     # It replaces the plain estimate (Hausman 1978).
