@@ -38,7 +38,9 @@ Shape = Callable[[Real], tuple[Real, Real]]
 """Distances in widths to the logarithm of a bell, and its derivative."""
 STEPS, FIRST_DAMPING = 12, 0.1
 """Scoring steps of a bell, and what damps the first of them."""
-MOST_LOG = 30.0
+CONVERGED = 0.05
+"""Change of the logarithm of the likelihood that decides nothing."""
+MOST_LOG, TINY = 30.0, 1e-12
 REACH = 2.0
 """Deviations of the frequencies of a force, where its power has fallen by 9 dB."""
 STARTS = 1.5, 3.0
@@ -190,14 +192,17 @@ class _Motion:
         at, damping = np.array([self.highest, 0.0, math.log(width)]), FIRST_DAMPING
         value, score, information = self._evaluated(shape, at)
         for _ in range(STEPS):
-            scale = np.diag(np.diag(information))
-            step = np.linalg.lstsq(information + damping * scale, score, rcond=None)[0]
+            scale = np.diag(np.diag(information) + TINY)
+            step = np.linalg.solve(information + damping * scale, score)
             trial = self._evaluated(shape, at + step)
-            if trial[0] > value:
+            gain = trial[0] - value
+            if gain > 0.0:
                 at, damping = at + step, 0.1 * damping
                 value, score, information = trial
             else:
                 damping *= 10.0
+            if abs(gain) < CONVERGED:
+                break
         return _Bell(float(at[1]), _width(at), value)
 
     def _evaluated(self, shape: Shape, at: Real) -> tuple[float, Real, Real]:
