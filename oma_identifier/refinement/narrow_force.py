@@ -15,7 +15,7 @@ Vickery and Basu (1983), doi:10.1016/0167-6105(83)90080-9 (spectrum of forces of
 Gaussian bell); Cox (1961), tests of separate families of hypotheses, Proc. 4th Berkeley Symp. 1.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
 
@@ -55,10 +55,13 @@ class NarrowForce:
     ----------
     frequency_hz, reach_hz : float [Hz]
         Its middle, and how far it reaches to both sides.
+    odds : float
+        Logarithm, against a resonance.
     """
 
     frequency_hz: float
     reach_hz: float
+    odds: float
 
     def shakes(self, frequency_hz: float, half_width_hz: float) -> bool:
         """Tell whether it reaches the half-power band of a mode."""
@@ -66,8 +69,11 @@ class NarrowForce:
 
 
 def narrow_forces(fits: Sequence[GroupFit]) -> dict[ModeIndex, NarrowForce]:
-    """Return the forces that stand behind supposed modes, by these."""
-    found = {}
+    """Return the forces that stand behind supposed modes, by these.
+
+    A mode that the band of one reaches peaks differently as well: one force, one peak.
+    """
+    found: dict[ModeIndex, NarrowForce] = {}
     for each in fits:
         if each.fit is None or each.band is None or not each.fit.converged:
             continue
@@ -77,7 +83,14 @@ def narrow_forces(fits: Sequence[GroupFit]) -> dict[ModeIndex, NarrowForce]:
             force = narrow_force(each.band.data, each.fit.model, position)
             if force is not None:
                 found[mode] = force
-    return found
+    return {mode: force for mode, force in found.items() if not _is_of_another(force, found)}
+
+
+def _is_of_another(force: NarrowForce, found: Mapping[ModeIndex, NarrowForce]) -> bool:
+    return any(
+        other.odds > force.odds and other.shakes(force.frequency_hz, 0.0)
+        for other in found.values()
+    )
 
 
 def narrow_force(data: BandData, model: BandModel, position: BandIndex) -> NarrowForce | None:
@@ -105,10 +118,11 @@ def narrow_force(data: BandData, model: BandModel, position: BandIndex) -> Narro
         ending = max((motion.most_likely(_ending, width) for width in STARTS), key=_value)
     except np.linalg.LinAlgError:  # a model with next to no power in some direction
         return None
-    is_own = abs(ending.middle) < REFINEMENT.ending_apart
-    if not (is_own and ending.value - resonance.value > REFINEMENT.ending_odds):
+    odds, is_own = ending.value - resonance.value, abs(ending.middle) < REFINEMENT.ending_apart
+    if not (is_own and odds > REFINEMENT.ending_odds):
         return None
-    return NarrowForce(hz + ending.middle * half_width_hz, REACH * ending.width * half_width_hz)
+    middle_hz = hz + ending.middle * half_width_hz
+    return NarrowForce(middle_hz, REACH * ending.width * half_width_hz, odds)
 
 
 @dataclass(frozen=True, slots=True)
