@@ -56,7 +56,8 @@ FLAG_WORDS = {
     'known_motion': "modes marked so were estimated with the joints' known motion",
     'drive_lines': 'lines of the drives taken out',
     'gross_motion': 'the robot moved far',
-    'line_or_mode': 'a harmonic may be a mode of light damping: a record four times as long tells',
+    'line_or_mode': 'a harmonic may be a mode, light or under a force of a narrow band: a record'
+    ' four times as long tells',
 }
 
 

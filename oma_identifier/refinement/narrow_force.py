@@ -55,13 +55,10 @@ class NarrowForce:
     ----------
     frequency_hz, reach_hz : float [Hz]
         Its middle, and how far it reaches to both sides.
-    odds : float
-        Logarithm, against a resonance.
     """
 
     frequency_hz: float
     reach_hz: float
-    odds: float
 
     def shakes(self, frequency_hz: float, half_width_hz: float) -> bool:
         """Tell whether it reaches the half-power band of a mode."""
@@ -69,11 +66,8 @@ class NarrowForce:
 
 
 def narrow_forces(fits: Sequence[GroupFit]) -> dict[ModeIndex, NarrowForce]:
-    """Return the forces that stand behind supposed modes, by these.
-
-    A mode that the band of one reaches peaks differently as well: one force, one peak.
-    """
-    found: dict[ModeIndex, NarrowForce] = {}
+    """Return the forces that stand behind supposed modes, by these."""
+    found = {}
     for each in fits:
         if each.fit is None or each.band is None or not each.fit.converged:
             continue
@@ -83,14 +77,22 @@ def narrow_forces(fits: Sequence[GroupFit]) -> dict[ModeIndex, NarrowForce]:
             force = narrow_force(each.band.data, each.fit.model, position)
             if force is not None:
                 found[mode] = force
-    return {mode: force for mode, force in found.items() if not _is_of_another(force, found)}
+    return found
 
 
-def _is_of_another(force: NarrowForce, found: Mapping[ModeIndex, NarrowForce]) -> bool:
-    return any(
-        other.odds > force.odds and other.shakes(force.frequency_hz, 0.0)
-        for other in found.values()
-    )
+def alone(found: Mapping[ModeIndex, NarrowForce]) -> list[ModeIndex]:
+    """Return the supposed modes that are none: no other one lies where the force reaches.
+
+    A mode there peaks differently too, and nothing says which of the two is the force's.
+    """
+    return [
+        mode
+        for mode, force in found.items()
+        if not any(
+            other is not force and other.shakes(force.frequency_hz, 0.0)
+            for other in found.values()
+        )
+    ]
 
 
 def narrow_force(data: BandData, model: BandModel, position: BandIndex) -> NarrowForce | None:
@@ -118,11 +120,11 @@ def narrow_force(data: BandData, model: BandModel, position: BandIndex) -> Narro
         ending = max((motion.most_likely(_ending, width) for width in STARTS), key=_value)
     except np.linalg.LinAlgError:  # a model with next to no power in some direction
         return None
-    odds, is_own = ending.value - resonance.value, abs(ending.middle) < REFINEMENT.ending_apart
-    if not (is_own and odds > REFINEMENT.ending_odds):
+    is_own = abs(ending.middle) < REFINEMENT.ending_apart
+    if not (is_own and ending.value - resonance.value > REFINEMENT.ending_odds):
         return None
     middle_hz = hz + ending.middle * half_width_hz
-    return NarrowForce(middle_hz, REACH * ending.width * half_width_hz, odds)
+    return NarrowForce(middle_hz, REACH * ending.width * half_width_hz)
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ from oma_identifier.refinement.completion import add_candidates, add_missing, de
 from oma_identifier.refinement.direct_motion import in_step
 from oma_identifier.refinement.label_switching import undo_label_switching
 from oma_identifier.refinement.mode_evidence import is_demanded, superfluous
-from oma_identifier.refinement.narrow_force import narrow_forces
+from oma_identifier.refinement.narrow_force import alone, narrow_forces
 from oma_identifier.refinement.refining import Refining
 
 PASSES = 2
@@ -173,11 +173,12 @@ def tell_narrow_forces(of: Refining) -> Refining:
     """
     plain = [each for each in of.fits if each.without is None]
     found, outcomes = narrow_forces(plain), dict(of.outcomes)
-    for mode, force in found.items():
-        log.debug('%.4g Hz: ends as no resonance does', force.frequency_hz)
+    none = alone(found)
+    for mode in none:
+        log.debug('%.4g Hz: ends as no resonance does', found[mode].frequency_hz)
         if mode < of.n_given and outcomes[of.given[mode]] is not Outcome.NOT_TRIED:
             outcomes[of.given[mode]] = Outcome.NARROW_FORCE
-    added = {mode: each for mode, each in of.added.items() if mode not in found}
+    added = {mode: each for mode, each in of.added.items() if mode not in none}
     return replace(of, added=added, outcomes=outcomes, narrow=tuple(found.values()))
 
 

@@ -62,7 +62,7 @@ def refined(seed: int, n_forces: int) -> list[tuple[float, float]]:
             (1.0 - mac(mode.shape, shapes[:, at])[0, 0]) / mode.mac_loss,
         )
         for mode, at in zip(found.modes, found.origin, strict=True)
-        if at != adopt.NEW and mode is not start.modes[at]
+        if at != adopt.NEW and mode.shape_std is not None
     ]
 
 
