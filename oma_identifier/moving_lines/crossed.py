@@ -54,4 +54,3 @@ def _is_crossed(mode: Mode, lines: Sequence[MovingLine]) -> bool:
         abs(mode.frequency_hz - line.frequency_hz) < line.band_hz + line.reach_hz + half_width_hz
         for line in lines
     )
-

@@ -53,9 +53,12 @@ class RefinementThresholds:
     known_chance: float = 1e-3
     """Share of bands whose response to known inputs the model describes that are taken to bend."""
     ending_odds: float = math.log(1000.0)
-    """Log odds of a bell that ends against a resonance, from where on it is that of a force."""
+    """Log odds of a bell that ends against a resonance, from where on it is that of a force.  Of
+    457 modes that no such force reached 1 came there, of 28 peaks of such forces 13 (97 random
+    records of these, seeds from 987000, and 29 of random families, from 383100)."""
     ending_apart: float = 0.75
-    """Distance up to which such a bell is that of the supposed mode."""
+    """Distance up to which such a bell is that of the supposed mode; with 0.5 it was 11 of the
+    28, with 1 a further mode."""
 
     # It replaces the plain estimate (Hausman 1978).
     adopted_misfit: float = 1.05
