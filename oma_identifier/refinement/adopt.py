@@ -142,7 +142,21 @@ class Refiner:
         )
         self._warm_start = WarmStart(found.channels, good, found.slopes)
         duration_s = samples.duration_s + sum(part.duration_s for part in more)
-        return _adopted(modes, found, taken, duration_s)
+        return _adopted(self._compared(modes, found, taken), found, taken, duration_s)
+
+    def _compared(self, modes: ModeSet, found: Refinement, taken: Sequence[bool]) -> ModeSet:
+        """Return modes of a record as one that stay as they are, less sure where a fit differs.
+
+        Windows are compared with each other, which tells more.
+        """
+        if not self._is_whole:
+            return modes
+        kept = list(modes)
+        for index, (plain, refined) in enumerate(zip(modes, found.modes, strict=True)):
+            described = found.misfit[index] < REFINEMENT.incomplete_misfit
+            if not taken[index] and found.outcomes[index] in TAKEN and described:
+                kept[index] = _less_sure(plain, refined)
+        return replace(modes, modes=tuple(kept))
 
 
 def _as_given(modes: ModeSet) -> Adopted:
@@ -160,8 +174,6 @@ def _adopted(
         mode = plain
         if taken[index]:
             mode = with_least_scatter(_merged(plain, refined), duration_s)
-        elif found.outcomes[index] in TAKEN and found.misfit[index] < REFINEMENT.incomplete_misfit:
-            mode = _less_sure(plain, refined)
         adopted.append((mode, index))
     for mode, misfit in zip(found.added, found.added_misfit, strict=True):
         if misfit <= REFINEMENT.adopted_misfit:

@@ -169,8 +169,11 @@ def _is_better(of: Refining, plain: GroupFit, known: GroupFit) -> bool:
 def tell_narrow_forces(of: Refining) -> Refining:
     """Leave out peaks that end as no resonance does; their fits describe the force.
 
-    Known inputs may have such bands.
+    Known inputs may have such bands.  A mode that moves ends as well where it is followed for
+    long: what windows show in turn tells it, so that these list it.
     """
+    if not of.record.is_whole:
+        return of
     plain = [each for each in of.fits if each.without is None]
     found, outcomes = narrow_forces(plain), dict(of.outcomes)
     none = alone(found)
