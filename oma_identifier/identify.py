@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from oma_identifier.moving_lines import MovingLine, with_moving, without_moving
 from oma_identifier.one_kind import of_one_kind
 from oma_identifier.one_thread import one_thread
 from oma_identifier.refine_found import line_tester, refine_found
+from oma_identifier.refinement import adopt_refined
 from oma_identifier.result import result_of, WindowResult
 from oma_identifier.selection import (
     BandSelector,
@@ -76,6 +78,8 @@ def identify_parts(
     settings: IdentificationSettings,
     explains: PeakTest = never,
     progress: Callable[[float], None] | None = None,
+    *,
+    is_compared: bool = False,
 ) -> Identified:
     """Identify the modes of a record, of which stretches may be missing.
 
@@ -91,6 +95,8 @@ def identify_parts(
         Tells a peak that motion of the robot explains from a mode.
     progress : callable or None
         Called with the share of the work done.
+    is_compared : bool
+        Whether other parts of the record are identified as well, to tell whether modes move.
 
     Raises
     ------
@@ -126,6 +132,7 @@ def identify_parts(
                 sources,
                 settings,
                 explains,
+                partial(adopt_refined, is_compared=is_compared),
                 selector=selector,
                 tries_unsure=True,
             )

@@ -298,11 +298,13 @@ class IdentificationPipeline:
         as_sent = replace(tracked.modes, channel_names=modes.channel_names)
         return replace(tracked, modes=as_sent)
 
-    def _identify_parts(self, parts: Sequence[Samples], explains: PeakTest) -> Identified:
-        """Identify a record of which stretches may be missing."""
+    def _identify_parts(
+        self, parts: Sequence[Samples], explains: PeakTest, *, is_compared: bool = False
+    ) -> Identified:
+        """Identify a record of which stretches may be missing, or a part that is compared."""
         parts = [self._with_speed(part) for part in parts]
         if self.settings.method == 'ssi_cov':
-            return identify_parts(parts, self.settings, explains)
+            return identify_parts(parts, self.settings, explains, is_compared=is_compared)
         return self.finder.found_by_method(parts[0], explains)
 
     def _without_modes(self, window: Window) -> WindowResult:

@@ -1,8 +1,9 @@
 """A record of any length identified as one, in bounded memory."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -39,7 +40,14 @@ SHORT_WINDOWS = 'windows_too_short'
 FEW_WINDOWS = 'few_windows'
 """Flag of a record with modes of which most windows gave none."""
 
-Identify = Callable[[Sequence[Samples], PeakTest], Identified]
+
+class Identify(Protocol):
+    """Identifies a record of which stretches may be missing."""
+
+    def __call__(
+        self, parts: Sequence[Samples], explains: PeakTest, *, is_compared: bool = False
+    ) -> Identified:
+        """Identify parts, or one that is compared with others of the record."""
 
 
 @dataclass(slots=True)
@@ -180,7 +188,7 @@ class WholeRecord:
         return (SHORT_WINDOWS,) if too_slow(modes, self._settings.window_s, share_of) else ()
 
     def _modes_of(self, samples: Samples) -> ModeSet:
-        return self._identify([samples], self._longest.explains).modes
+        return self._identify([samples], self._longest.explains, is_compared=True).modes
 
     def _flags(self, longest: _Stretch, found: Identified) -> Iterator[str]:
         if len(self._stretches) > 1:

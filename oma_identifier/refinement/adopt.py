@@ -58,6 +58,8 @@ def adopt_refined(
     harmonics: ModeSet,
     more: Sequence[Samples] = (),
     candidates: Sequence[Mode] = (),
+    *,
+    is_compared: bool = False,
 ) -> Adopted:
     """Return the modes, more precise where that is safe.
 
@@ -71,8 +73,12 @@ def adopt_refined(
         Further stretches of the same channels and rate, between gaps.
     candidates : sequence of Mode
         What may be modes that are missing.
+    is_compared : bool
+        As for :class:`Refiner`.
     """
-    return Refiner(is_whole=True).adopt(samples, modes, harmonics, more, candidates)
+    return Refiner(is_whole=True, is_compared=is_compared).adopt(
+        samples, modes, harmonics, more, candidates
+    )
 
 
 class Refiner:
@@ -85,10 +91,13 @@ class Refiner:
     ----------
     is_whole : bool
         Whether there is one window, a record as one.
+    is_compared : bool
+        Whether it is compared with other parts of a record, to tell whether modes move: then it
+        is no less sure, and a mode that moves does not end as a force's.
     """
 
-    def __init__(self, *, is_whole: bool = False) -> None:
-        self._is_whole = is_whole
+    def __init__(self, *, is_whole: bool = False, is_compared: bool = False) -> None:
+        self._is_whole, self._is_compared = is_whole, is_compared
         self._backoff = Backoff()
         self._warm_start: WarmStart | None = None
         self._channel_names: tuple[str, ...] = ()
@@ -127,6 +136,8 @@ class Refiner:
         except np.linalg.LinAlgError:
             log.debug('not refined: a matrix was singular')
             return _as_given(modes)
+        if self._is_compared:
+            found = found.without_forces
         taken = [
             _is_better(index, modes, found, 0.5 * samples.sample_rate_hz)
             for index in range(len(modes))
@@ -149,7 +160,7 @@ class Refiner:
 
         Windows are compared with each other, which tells more.
         """
-        if not self._is_whole:
+        if not self._is_whole or self._is_compared:
             return modes
         kept = list(modes)
         for index, (plain, refined) in enumerate(zip(modes, found.modes, strict=True)):

@@ -72,6 +72,15 @@ class Refinement:
     slopes: tuple[ForceSlope, ...] = ()
     narrow: tuple[NarrowForce, ...] = ()
 
+    @property
+    def without_forces(self) -> 'Refinement':
+        """The same where what ends may be a mode that moves."""
+        outcomes = tuple(
+            Outcome.MODEL_MISFIT if each is Outcome.NARROW_FORCE else each
+            for each in self.outcomes
+        )
+        return replace(self, outcomes=outcomes, narrow=())
+
 
 def refine(
     samples: Samples,
