@@ -132,7 +132,7 @@ STAGES_OFF = (
     Stage('many orders speak', SELECTION, {'selection.selection._widest': lambda *_: 0.0}),
     Stage('edge of excited band', SELECTION, {'selection.selection.is_edge': _no}),
     Stage('edge of the filter', SELECTION, {'selection.selection._cut_off': _no}),
-    Stage('take turns at orders', SELECTION, {'selection.distinct._same_mode': _alike}),
+    Stage('take turns at orders', SELECTION, {'selection.distinct.is_same_mode': _alike}),
     Stage(
         'best members averaged',
         SELECTION,

@@ -30,10 +30,10 @@ def told_apart(plain: Poles, canonical: Poles) -> tuple[Poles, Poles]:
     stay, instead = list(plain), []
     for group in _touching([*plain, *canonical]):
         old = [pole for pole in plain if pole in group]
-        new = [pole for pole in canonical if pole in group and not pole.is_unresolved]
+        new = [pole for pole in canonical if pole in group and _is_own(pole, canonical)]
         mixed = [pole for pole in old if _is_mixture(pole, new)]
         extra = [pole for pole in new if not any(is_same_mode(pole, other) for other in old)]
-        if not (mixed or (old and extra)):
+        if not (mixed or (old and extra)) or _any_alike(new):
             continue
         for pole in mixed:
             log.debug('%.4g Hz: a mixture of modes told apart', pole.frequency_hz)
@@ -42,6 +42,22 @@ def told_apart(plain: Poles, canonical: Poles) -> tuple[Poles, Poles]:
         stay = [pole for pole in stay if pole not in mixed and pole not in seen]
         instead += new
     return stay, instead
+
+
+def _is_own(pole: SelectedPole, others: Poles) -> bool:
+    """Tell whether the bell of a pole is seen, and no surer one around which it is in doubt."""
+    doubtful = pole.from_limit > SELECTION.doubtful
+    surer = [other for other in others if other.from_limit < pole.from_limit]
+    return not (pole.is_unresolved or (doubtful and any(_is_view(pole, o) for o in surer)))
+
+
+def _any_alike(poles: Poles) -> bool:
+    """Tell whether two poles that touch move alike, as those of one mode that drifts or clips."""
+    return any(
+        _touch(first, second) and mac(first.shape, second.shape)[0, 0] > SELECTION.same_mac
+        for number, first in enumerate(poles)
+        for second in poles[:number]
+    )
 
 
 def _is_mixture(pole: SelectedPole, others: Poles) -> bool:
