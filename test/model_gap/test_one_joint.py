@@ -110,9 +110,15 @@ def test_a_soft_spring_is_named_and_a_right_one_is_not(robot, tmp_path, factor):
     if factor == 1.0:
         assert (found['verdict'], kinds) == ('none', []), f'seed {SEED}: {kinds}'
         return
-    # One sensor tells a mass on the beam from a soft spring by little: both may be told.
-    assert found['verdict'] in ('named', 'ambiguous'), f'seed {SEED}: {found["verdict"]}'
-    assert kinds[0] == ('joint_stiffness', 'swing'), f'seed {SEED}: {kinds}'
+    # One sensor tells a mass on the beam from a soft spring by its damping alone, which is not
+    # known: where it is not sure, what is said first is open, and the spring must be said too.
+    spring = ('joint_stiffness', 'swing')
+    told = f'seed {SEED}: {found["verdict"]}, {kinds}, {found["reasons"]}'
+    assert found['verdict'] in ('named', 'ambiguous'), told
+    if found['verdict'] == 'named':
+        assert kinds == [spring], told
+    else:
+        assert spring in kinds or any(' at '.join(spring) in why for why in found['reasons']), told
 
 
 @pytest.mark.slow
