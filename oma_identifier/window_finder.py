@@ -38,7 +38,7 @@ class WindowFinder:
         self._settings = settings
         self._newest = RecordStreams(settings)
         self._refiner = Refiner()
-        self._selector = BandSelector(tells_apart=settings.refines)
+        self._selector = BandSelector()
         self._past = PastSamples(settings.reach_s)
         method_named(settings.method)
 

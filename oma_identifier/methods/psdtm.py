@@ -25,14 +25,12 @@ Maamar, Abdi and Gagnol (2019), transmissibility of a machining robot in operati
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-import math
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import rfft
 
 from modal_core.errors import IdentificationError
-from modal_core.mode import Mode
 from modal_core.numbers.tapers import hann
 from modal_core.samples import Samples
 from oma_identifier.methods.banded import BandedMethod, no_raw_poles, Problem, Solve
@@ -134,16 +132,12 @@ class Psdtm:
                 advice='record other joints, poses or tool paths one after the other, '
                 'or use ssi_cov',
             )
-        modes = tuple(_without_deviations(mode) for mode in found.modes)
+        modes = tuple(mode.untold for mode in found.modes)
         return replace(
             found,
             modes=replace(found.modes, modes=modes),
             n_conditions=bands.most_conditions,
         )
-
-
-def _without_deviations(mode: Mode) -> Mode:
-    return replace(mode, frequency_std_hz=math.nan, damping_ratio_std=math.nan)
 
 
 class _Bands(BandedMethod):

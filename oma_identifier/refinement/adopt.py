@@ -153,9 +153,9 @@ class Refiner:
         )
         self._warm_start = WarmStart(found.channels, good, found.slopes)
         duration_s = samples.duration_s + sum(part.duration_s for part in more)
-        return _adopted(self._compared(modes, found, taken), found, taken, duration_s)
+        return _adopted(self._in_doubt(modes, found, taken), found, taken, duration_s)
 
-    def _compared(self, modes: ModeSet, found: Refinement, taken: Sequence[bool]) -> ModeSet:
+    def _in_doubt(self, modes: ModeSet, found: Refinement, taken: Sequence[bool]) -> ModeSet:
         """Return modes of a record as one that stay as they are, less sure where a fit differs.
 
         Windows are compared with each other, which tells more.

@@ -13,16 +13,9 @@ from oma_identifier.subspace import BandCovariance
 
 
 class BandSelector:
-    """Selects the modes of bands, and knows what it selected as long as the covariances live.
+    """Selects the modes of bands, and knows what it selected as long as the covariances live."""
 
-    Parameters
-    ----------
-    tells_apart : bool
-        Solve each band by canonical variates too, and take what these tell apart.
-    """
-
-    def __init__(self, *, tells_apart: bool = True) -> None:
-        self._tells_apart = tells_apart
+    def __init__(self) -> None:
         self._selected: WeakKeyDictionary[
             BandCovariance, dict[IdentificationSettings, Sequence[BandSelection]]
         ] = WeakKeyDictionary()
@@ -47,7 +40,7 @@ class BandSelector:
         Returns
         -------
         sequence of BandSelection
-            None where the record is too short for any pole; two where canonical variates tell
+            Empty where the record is too short for any pole; two where canonical variates tell
             apart what is one pole without.
         """
         known = self._selected.setdefault(source, {})
@@ -65,7 +58,7 @@ class BandSelector:
         if band is None:
             return ()
         plain = select_in_band(band, settings, peaks)
-        again = identify_canonical(band) if self._tells_apart and plain.selected else None
+        again = identify_canonical(band) if plain.selected else None
         if again is None:
             return (plain,)
         canonical = select_in_band(again, settings, peaks)

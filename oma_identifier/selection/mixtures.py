@@ -9,8 +9,11 @@ from collections.abc import Sequence
 import logging
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
 from modal_core.numbers.indicators import mac
+from oma_identifier.likelihood import overlaps
 from oma_identifier.selection.distinct import is_same_mode
 from oma_identifier.selection.selected_pole import SelectedPole
 from oma_identifier.selection.thresholds import SELECTION
@@ -84,15 +87,23 @@ def _is_view(first: SelectedPole, second: SelectedPole) -> bool:
 
 def _touch(first: SelectedPole, second: SelectedPole) -> bool:
     """Tell whether the half-power bandwidths of two poles touch."""
-    away = abs(first.frequency_hz - second.frequency_hz)
-    return away < first.half_width_hz + second.half_width_hz
+    return bool(_touches((first, second))[0, 1])
 
 
 def _touching(poles: Poles) -> list[list[SelectedPole]]:
     """Return chains of poles whose half-power bandwidths touch."""
-    groups: list[list[SelectedPole]] = []
-    for pole in poles:
-        near = [group for group in groups if any(_touch(pole, other) for other in group)]
-        groups = [group for group in groups if group not in near]
-        groups.append([pole, *(other for group in near for other in group)])
-    return groups
+    if not poles:
+        return []
+    count, label = connected_components(_touches(poles), directed=False)
+    return [
+        [pole for pole, own in zip(poles, label, strict=True) if own == number]
+        for number in range(count)
+    ]
+
+
+def _touches(poles: Poles) -> NDArray[np.bool_]:
+    """Tell of each two poles whether their half-power bandwidths touch."""
+    return overlaps(
+        np.array([pole.frequency_hz for pole in poles]),
+        np.array([pole.half_width_hz for pole in poles]),
+    )

@@ -174,8 +174,10 @@ def _solved(
 def identify_canonical(plain: BandIdentification) -> BandIdentification | None:
     """Identify the poles of a band once more, by canonical variates of its references.
 
-    None where the record is too short for so many of them.
+    None where the record is too short for so many of them, or there is no time for it.
     """
+    if plain.source.own is None:
+        return None
     source = replace(plain.source, covariance=plain.source.own)
     n_rows = source.block_rows * len(source.at_once)
     if source.covariance.n_samples < SUBSPACE.canonical_samples * n_rows:

@@ -41,8 +41,9 @@ class BandCovariance:
         Of the block Hankel matrix.
     max_order : int
         Highest model order that so many rows are for.
-    own : OutputCovariance
-        As ``covariance``, of the references with one another.
+    own : OutputCovariance or None
+        As ``covariance``, of the references with one another; None where there is no time to solve
+        a band twice.
     at_once : (n_references, n_references) array
         Of the references with one another at lag 0, where their noise is.
     """
@@ -53,7 +54,7 @@ class BandCovariance:
     scale: NDArray[np.float64]
     block_rows: int
     max_order: int
-    own: OutputCovariance
+    own: OutputCovariance | None
     at_once: NDArray[np.float64]
 
 
@@ -149,9 +150,10 @@ class BandStream:
         if len(scale) > SUBSPACE.most_outputs:
             first = mean[: 2 * rows - 1]
             outputs = inverse[:, None] * compress_outputs(first, SUBSPACE.most_outputs)
-        rate_hz = self.band.sample_rate_hz
+        rate_hz, own = self.band.sample_rate_hz, None
         covariance = blocks.result(rate_hz, outputs, weight)
-        own = blocks.result(rate_hz, np.diag(inverse)[:, blocks.references], weight)
+        if self._when_full is WhenFull.JOIN or self._settings.refines:
+            own = blocks.result(rate_hz, np.diag(inverse)[:, blocks.references], weight)
         order = self._settings.max_order
         if len(mean) >= 2 * rows and lack_modes(covariance, rows, order):
             rows, order = 2 * rows, 2 * order
@@ -163,6 +165,6 @@ class BandStream:
             scale=scale,
             block_rows=rows,
             max_order=order,
-            own=own.up_to(n_lags),
+            own=own and own.up_to(n_lags),
             at_once=blocks.at_once * np.outer(weight, weight),
         )

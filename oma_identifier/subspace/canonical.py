@@ -14,9 +14,10 @@ Van Overschee and De Moor (1996), Subspace Identification for Linear Systems, Kl
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import solve_triangular
 
 from oma_identifier.subspace.ssi_cov import block_hankel, HankelFactors, singular_triplets
+from oma_identifier.subspace.ssi_data import triangular_factor
 from oma_identifier.subspace.thresholds import SUBSPACE
 
 Real = NDArray[np.float64]
@@ -54,5 +55,5 @@ def _root(lags: Real) -> Real:
     matrix = blocks.transpose(0, 2, 1, 3).reshape(count * size, -1)
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
     # Filters leave next to nothing near the ends of a band, and sums are of single precision.
-    values = np.maximum(values, 0.0) + SUBSPACE.least_white * np.trace(matrix) / len(matrix)
-    return np.asarray(cholesky((vectors * values) @ vectors.T, lower=True, check_finite=False))
+    gram = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return triangular_factor(gram, SUBSPACE.least_white)

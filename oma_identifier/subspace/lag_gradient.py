@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len
 
-from oma_identifier.subspace.ssi_cov import back_substituted
+from oma_identifier.subspace.ssi_cov import back_substituted, HankelFactors
 
 Real = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -28,30 +28,16 @@ class LagGradient:
 
     Parameters
     ----------
-    left, right : (n_rows, n_kept), (n_columns, n_kept) array
-        All singular vectors of the block Hankel matrix.
-    values : (n_kept,) array
-        Its singular values.
-    n_outputs, n_references : int
-        Size of one block.
+    factors : HankelFactors
+        With all singular vectors.  Roots are taken for known: to first order they change no pole
+        of a model that holds.
     highest : int
         Highest model order.
-    left_root, right_root : square array or None
-        As of :class:`HankelFactors`, taken for known: to first order they change no pole of a
-        model that holds.
     """
 
-    def __init__(
-        self,
-        left: Real,
-        values: Real,
-        right: Real,
-        n_outputs: int,
-        n_references: int,
-        highest: int,
-        left_root: Real | None = None,
-        right_root: Real | None = None,
-    ) -> None:
+    def __init__(self, factors: HankelFactors, highest: int) -> None:
+        left, values, right = factors.left, factors.values, factors.right
+        n_outputs, n_references = factors.n_outputs, factors.n_references
         self._n_outputs, self._n_references = n_outputs, n_references
         self._block_rows = len(left) // n_outputs
         self._block_columns = len(right) // n_references
@@ -59,12 +45,12 @@ class LagGradient:
         self._length = next_fast_len(self._n_lags, real=True)
         self._left = left.astype(np.float32)
         self._right = right.astype(np.float32)
-        self._left_root = left_root
+        self._left_root = factors.left_root
         # The same vectors as they stand in a gradient on the matrix itself.
         self._left_back = self._of_matrix(self._left)
         self._right_back = self._right
-        if right_root is not None:
-            self._right_back = back_substituted(right_root, right).astype(np.float32)
+        if factors.right_root is not None:
+            self._right_back = back_substituted(factors.right_root, right).astype(np.float32)
         self._left_spectrum = self._transformed(self._left_back[:, :highest], self._block_rows)
         right_spectrum = self._transformed(self._right_back[:, :highest], self._block_columns)
         self._right_spectrum = np.ascontiguousarray(right_spectrum.transpose(0, 2, 1))
@@ -98,7 +84,8 @@ class LagGradient:
         Parameters
         ----------
         rows, columns : (n_rows, n, n_gradients), (highest, n, n_gradients) complex array
-            The gradient on the leading left singular vectors is their product, rows times columns.
+            The gradient on the leading vectors of the observability is their product, rows times
+            columns.
         orders : (n_gradients,) int array
             How many vectors lead.
 
@@ -109,6 +96,8 @@ class LagGradient:
         """
         n_frequencies, n_gradients = self._length // 2 + 1, len(orders)
         n_outputs, n_references = self._n_outputs, self._n_references
+        if self._left_root is not None:
+            rows = times(self._left_root.T, rows.reshape(len(rows), -1)).reshape(rows.shape)
         flat = np.concatenate([rows.real, rows.imag], axis=1, dtype=np.float32)
         n_parts = flat.shape[1]
         flat = flat.reshape(len(flat), -1)

@@ -103,11 +103,11 @@ def factorise(covariance: NDArray[np.float64], block_rows: int) -> HankelFactors
 
 
 def singular_triplets(
-    matrix: NDArray[np.float64],
+    matrix: NDArray[np.float64], most: int | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return left vectors, singular values and right vectors, of values above rounding."""
+    """Return left vectors, values and right vectors, of the most values above rounding."""
     squares, vectors = np.linalg.eigh(matrix.T @ matrix)
-    n_kept = min(matrix.shape)
+    n_kept = min(*matrix.shape, most or len(matrix))
     values = np.sqrt(np.maximum(squares[::-1][:n_kept], 0.0))
     right = vectors[:, ::-1][:, :n_kept]
     keep = values > 1e-7 * values[0]
@@ -160,13 +160,13 @@ class MultiOrder:
         self.factors = factors
         size = factors.n_outputs
         self.highest = min(highest, len(factors.values), len(factors.left) - size)
-        observability = factors.observability[:, : self.highest]
+        self.observability = factors.observability[:, : self.highest]
         self.orthogonal, self.triangle = qr(
-            observability[:-size], mode='economic', check_finite=False
+            self.observability[:-size], mode='economic', check_finite=False
         )
         # A corner of the inverse is the inverse of the corner.
         self.inverse = solve_triangular(self.triangle, np.eye(self.highest), check_finite=False)
-        self._shifted = self.orthogonal.T @ observability[size:]
+        self._shifted = self.orthogonal.T @ self.observability[size:]
 
     def solve(self, order: int) -> OrderSolution:
         """Return the poles of one model order."""

@@ -9,10 +9,16 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, eigh, solve_triangular
+from scipy.linalg import cholesky, solve_triangular
 
 from oma_identifier.covariance import HankelGram
-from oma_identifier.subspace.ssi_cov import HankelFactors, MultiOrder, poles_of_orders, RawPoles
+from oma_identifier.subspace.ssi_cov import (
+    HankelFactors,
+    MultiOrder,
+    poles_of_orders,
+    RawPoles,
+    singular_triplets,
+)
 
 RIDGE = 1e-10
 """Of the mean square; keeps the factor of the past defined when channels repeat each other."""
@@ -65,10 +71,18 @@ def data_poles(
     return poles_of_projection(projection, gram.n_left, len(references), orders)
 
 
-def triangular_factor(gram: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the lower Cholesky factor of a Gram matrix that may be singular."""
-    ridge = RIDGE * np.trace(gram) / len(gram)
-    return np.asarray(cholesky(gram + ridge * np.eye(len(gram)), lower=True, check_finite=False))
+def triangular_factor(gram: NDArray[np.float64], ridge: float = RIDGE) -> NDArray[np.float64]:
+    """Return the lower Cholesky factor of a Gram matrix that may be singular.
+
+    Parameters
+    ----------
+    gram : (n, n) array
+        Without directions below zero.
+    ridge : float
+        Added to its diagonal, over the mean of that.
+    """
+    added = ridge * np.trace(gram) / len(gram) * np.eye(len(gram))
+    return np.asarray(cholesky(gram + added, lower=True, check_finite=False))
 
 
 def poles_of_projection(
@@ -85,15 +99,8 @@ def poles_of_projection(
     orders : sequence of int
         Model orders.
     """
-    size = projection.shape[1]
-    n_kept = min(orders[-1], size, len(projection) - n_channels)
-    squares, right = eigh(
-        projection.T @ projection, subset_by_index=(size - n_kept, size - 1), check_finite=False
-    )
-    values = np.sqrt(np.maximum(squares[::-1], 0.0))
-    keep = values > 1e-7 * values[0]
-    values, right = values[keep], right[:, ::-1][:, keep]
-    left = projection @ right / values
+    n_kept = min(orders[-1], len(projection) - n_channels)
+    left, values, right = singular_triplets(projection, n_kept)
     system = MultiOrder(HankelFactors(left, values, right, n_channels, n_references), orders[-1])
     solutions = [system.solve(order) for order in orders if order <= system.highest]
     return poles_of_orders(solutions, left[:n_channels])

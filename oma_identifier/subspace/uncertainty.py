@@ -58,20 +58,10 @@ class PoleSensitivity:
     def __init__(self, system: MultiOrder) -> None:
         factors = system.factors
         self._n_outputs = factors.n_outputs
-        self._basis = factors.observability[:, : system.highest]
-        self._left_root = factors.left_root
+        self._basis = system.observability
         self._orthogonal = system.orthogonal
         self._inverse = system.inverse
-        self._to_lags = LagGradient(
-            factors.left,
-            factors.values,
-            factors.right,
-            factors.n_outputs,
-            factors.n_references,
-            system.highest,
-            factors.left_root,
-            factors.right_root,
-        )
+        self._to_lags = LagGradient(factors, system.highest)
 
     def gradients(
         self, solutions: Sequence[OrderSolution], eigenvalues: NDArray[np.complex128]
@@ -102,8 +92,6 @@ class PoleSensitivity:
         rows[self._n_outputs :, 0] = weight
         rows[: -self._n_outputs, 0] -= values * weight
         rows[: -self._n_outputs, 1] = image[self._n_outputs :] - values * image[: -self._n_outputs]
-        if self._left_root is not None:
-            rows = times(self._left_root.T, rows.reshape(len(rows), -1)).reshape(rows.shape)
         return self._to_lags.of(rows, np.stack([right, g], axis=1), orders)
 
     def _eigenvectors(
