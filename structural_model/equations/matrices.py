@@ -91,13 +91,16 @@ def undamped_modes(matrices: StructuralMatrices, jacobian: Array) -> ModelModes:
     ModelError
         M or K is not positive definite.
     """
+    # A rigid arm has nothing to solve, which scipy before 1.14 refuses.
+    squared, shapes = np.zeros(0), np.zeros_like(matrices.M)
     try:
-        squared, shapes = scipy.linalg.eigh(
-            matrices.K, matrices.M, driver='gvd', check_finite=False
-        )
+        if shapes.size:
+            squared, shapes = scipy.linalg.eigh(
+                matrices.K, matrices.M, driver='gvd', check_finite=False
+            )
     except np.linalg.LinAlgError as error:
         raise ModelError('mass matrix is not positive definite') from error
-    if squared.size and squared[0] <= 0.0:
+    if np.any(squared <= 0.0):
         raise ModelError(
             'stiffness matrix is not positive definite', found=f'ω² = {squared[0]:.4g} 1/s²'
         )
@@ -126,9 +129,7 @@ def damped_modes(matrices: StructuralMatrices, jacobian: Array) -> DampedModes:
     Overdamped degrees of freedom have real poles and are left out.
     """
     size = len(matrices.M)
-    solved = scipy.linalg.cho_solve(
-        scipy.linalg.cho_factor(matrices.M), np.hstack([matrices.K, matrices.C])
-    )
+    solved = np.linalg.solve(matrices.M, np.hstack([matrices.K, matrices.C]))
     first_order = np.zeros((2 * size, 2 * size))
     first_order[:size, size:] = np.eye(size)
     first_order[size:] = -solved
