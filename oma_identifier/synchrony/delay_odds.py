@@ -4,11 +4,11 @@ A delay turns the phase of a cross spectrum by frequency times delay, the same d
 and moves the beat of each narrow band by itself.  Shapes that are complex turn phases as well, but
 each by its own angle, and move no beat.  So much may they be complex as ``COMPLEX`` says, each as
 likely: what the phases scatter by is part of the evidence.  One structure in a hundred has phases
-of any kind: a shaft that turns moves round and not to and fro.  The odds of a delay against none
-are taken over all delays there might be (a Bayes factor), and those beyond the ones that are
-looked for, whose phases and beats may be anything: as far as healthy shapes are like that, odds of
-one to ``delay_odds`` come up in less than one of ``delay_odds`` synchronous sensors (Markov's
-inequality).
+of any kind: a shaft that turns moves round and not to and fro.  A peak that a sensor hardly shows
+says nothing of it.  The odds of a delay against none are taken over all delays there might be (a
+Bayes factor), and those beyond the ones that are looked for, whose phases and beats may be
+anything: as far as healthy shapes are like that, odds of one to ``delay_odds`` come up in less
+than one of ``delay_odds`` synchronous sensors (Markov's inequality).
 
 References
 ----------

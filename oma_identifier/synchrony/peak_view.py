@@ -74,6 +74,7 @@ def view_at(
     own: Sequence[NDArray[np.int64]],
     beside: NDArray[np.int64],
     complexity: Real,
+    alike: Real,
 ) -> PeakView:
     """Return how sensors are seen at a peak.
 
@@ -89,6 +90,11 @@ def view_at(
         Channels of others, which are in step.
     complexity : (n_sensors,) array
         See :class:`PeakView`.
+    alike : (n_sensors,) array
+        Power of a sensor at the peak over that of the others, or the inverse where that is less.
+        One that hardly shows a mode shows flanks of others there.  Under a common force these are
+        in step with the peak, at any phase, which turns from one side of the peak to the other as
+        if the beat were late.
     """
     spread_hz = max(float(np.ptp(peak.line_hz)), 1e-9)
     n_lags = math.ceil(SYNCHRONY.latest_s * spread_hz / 0.2)
@@ -107,7 +113,8 @@ def view_at(
     with np.errstate(divide='ignore'):
         phase_std = np.sqrt((1.0 - clear) / (2.0 * clear * peak.n_free))
     is_seen = (top >= SYNCHRONY.coherent) & (peak.n_free >= SYNCHRONY.fewest_free)
-    has_beat = len(peak.line_hz) >= SYNCHRONY.beat_lines
+    is_seen &= alike > SYNCHRONY.phase_alike
+    has_beat = (alike > SYNCHRONY.beat_alike) & (len(peak.line_hz) >= SYNCHRONY.beat_lines)
     return PeakView(
         peak.frequency_hz,
         lag_s,
@@ -115,7 +122,7 @@ def view_at(
         np.where(is_seen, phase_std, np.nan),
         complexity,
         _tops(lag_s, coherence, best),
-        _widths(peak, np.sqrt(each * others)) if has_beat else np.zeros(len(own)),
+        np.where(has_beat, _widths(peak, np.sqrt(each * others)), 0.0),
     )
 
 
