@@ -72,7 +72,7 @@ def _conditions(whole: WindowResult) -> str:
 
 
 def _too_short_record(whole: WindowResult) -> str:
-    duration_s = (whole.end_ns - whole.start_ns) / NANOSECONDS_PER_SECOND
+    duration_s = _duration_s(whole)
     rough = [mode for mode in whole.modes if _decays(mode, duration_s) < ROUGH]
     if not rough:
         return ''
@@ -85,7 +85,7 @@ def _too_short_record(whole: WindowResult) -> str:
 
 
 def _damping_without_deviation(whole: WindowResult) -> str:
-    duration_s = (whole.end_ns - whole.start_ns) / NANOSECONDS_PER_SECOND
+    duration_s = _duration_s(whole)
     moving = [m for m in whole.modes if _is_withheld(m) and _decays(m, duration_s) >= ROUGH]
     if not moving:
         return ''
@@ -130,9 +130,15 @@ def _too_short_windows(whole: WindowResult, windows: Sequence[IdentifiedWindow])
     if not slow:
         return ''
     needed_s = max(needed_window_s(mode) for mode in slow)
+    them = 'it' if len(slow) == 1 else 'them'
+    said = (
+        f'{_frequencies(slow)}: windows of {window_s:.3g} s are too short, most do not show {them}'
+    )
+    if needed_s <= _duration_s(whole):
+        return f'{said}; --window-s {_rounded_up(needed_s)} or more would'
     return (
-        f'{_frequencies(slow)}: windows of {window_s:.3g} s are too short, most do not show'
-        f' {"it" if len(slow) == 1 else "them"}; --window-s {_rounded_up(needed_s)} or more would'
+        f'{said}, only the record as one does; to follow {them} over time record several times'
+        f' {_rounded_up(needed_s)} s'
     )
 
 
@@ -178,6 +184,10 @@ def _end_of_response_hz(spectrum: SingularValueSpectrum) -> float:
     power = spectrum.singular_value.sum(axis=1)
     above = power > STANDS_OUT * np.median(power[len(power) // 2 :])
     return float(spectrum.frequency_hz[np.flatnonzero(above)[-1]]) if above.any() else 0.0
+
+
+def _duration_s(whole: WindowResult) -> float:
+    return (whole.end_ns - whole.start_ns) / NANOSECONDS_PER_SECOND
 
 
 def _decays(mode: Mode, duration_s: float) -> float:

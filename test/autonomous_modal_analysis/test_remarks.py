@@ -47,6 +47,28 @@ def test_windows_too_short_for_the_slowest_mode_are_named_with_those_that_would_
     assert 'note: ' not in again.stdout, f'seed {SEED}'
 
 
+def test_no_window_longer_than_the_record_is_asked_for():
+    found = identify(response(20.0, 300.0, [(0.6, 0.05), (4.0, 0.02)]), 20.0).found
+    flags = ('windows_too_short',)
+    whole = replace(found.whole, quality=replace(found.whole.quality, flags=flags))
+    slow = whole.modes.modes[0]
+    blind = [
+        replace(window, modes=tuple(mode for mode in window.modes if mode.id != slow.id))
+        for window in found.identification.windows
+    ]
+    # Windows for 2 / (0.05 0.6 Hz) and 2 / (0.005 0.6 Hz).
+    for damping, words in ((0.05, '--window-s'), (0.005, 'record several times')):
+        modes = (replace(slow, damping_ratio=damping), *whole.modes.modes[1:])
+        one = replace(whole, modes=replace(whole.modes, modes=modes))
+        said = [
+            line
+            for line in remarks(one, blind, 20.0, IdentificationSettings())
+            if 'too short, most' in line
+        ]
+        assert len(said) == 1 and words in said[0], f'seed {SEED}: {said}'
+        assert ('--window-s' in said[0]) == (damping == 0.05), said
+
+
 def test_a_record_too_short_for_light_damping_says_how_long_it_should_be():
     records = [
         identify(response(100.0, 60.0, [(3.0, 0.02)], rng_seed=SEED + n), 100.0).found
