@@ -47,6 +47,23 @@ def test_windows_too_short_for_the_slowest_mode_are_named_with_those_that_would_
     assert 'note: ' not in again.stdout, f'seed {SEED}'
 
 
+def test_a_sensor_on_a_part_that_swings_by_itself_says_what_to_do():
+    found = identify(response(20.0, 130.0, [(1.5, 0.02), (4.0, 0.02)]), 20.0).found
+    windows = found.identification.windows
+    assert len(windows) > 2 and 'swings by itself' not in ' '.join(found.identification.remarks)
+
+    def left_out(window):
+        channels = window.quality.channels
+        odd = replace(channels[0], excluded=True, flags=('incoherent',))
+        return replace(window, quality=replace(window.quality, channels=(odd, *channels[1:])))
+
+    for n_out, told in ((len(windows), True), (1, False)):
+        marked = [left_out(w) if k < n_out else w for k, w in enumerate(windows)]
+        said = remarks(found.whole, marked, 20.0, IdentificationSettings())
+        name = windows[0].quality.channels[0].name
+        assert any(line.startswith(f'{name}: the clock') for line in said) == told, said
+
+
 def test_no_window_longer_than_the_record_is_asked_for():
     found = identify(response(20.0, 300.0, [(0.6, 0.05), (4.0, 0.02)]), 20.0).found
     flags = ('windows_too_short',)
