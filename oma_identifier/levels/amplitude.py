@@ -29,12 +29,18 @@ VARIANCE = 1.0 - math.pi / 4.0
 """Of the amplitude, over its mean square."""
 LINES = 1024
 """Of a model of the spectrum: 64 in the half-width of a mode with 8 of them on either side."""
+LEAST_TILT = 0.1
+"""Of a frequency over the carrier: bands reach down to a tenth of it."""
 WIDEST, NARROWEST = 0.5, 2.5e-3
 """Half-widths that are tried, over the rate of the envelope: the one of a mode is 1/16 of it."""
 
 
 def amplitude_half_width(
-    envelopes: Sequence[NDArray[np.complex128]], rate_hz: float, noise_share: float
+    envelopes: Sequence[NDArray[np.complex128]],
+    rate_hz: float,
+    noise_share: float,
+    carrier_hz: float = math.inf,
+    colour: float = 0.0,
 ) -> float:
     """Return the half-width [Hz] that the amplitude tells, ζ f of a linear mode.
 
@@ -45,14 +51,22 @@ def amplitude_half_width(
     rate_hz : float [Hz]
     noise_share : float
         Of the power in the band that is no peak, 0 to 1.
+    carrier_hz : float [Hz]
+        Frequency that the envelopes are about.
+    colour : float
+        Power of frequency that the force goes with.
     """
+    away_hz = np.asarray(np.fft.fftfreq(LINES, 1.0 / rate_hz), float)
+    over = np.maximum(away_hz / carrier_hz, LEAST_TILT - 1.0)
+    # The flanks of a displacement are not alike, those under a coloured force still less.
+    tilt = (1.0 + over) ** colour / (1.0 + 0.5 * over) ** 2
     amplitudes = [np.abs(each) for each in envelopes]
     lines = [np.asarray(np.fft.rfftfreq(len(a), 1.0 / rate_hz), float) for a in amplitudes]
     hz = np.concatenate([_above_zero(each) for each in lines])
     power = np.concatenate([_above_zero(np.abs(np.fft.rfft(a)) ** 2 / len(a)) for a in amplitudes])
 
     def shape_of(half_width_hz: float) -> Real:
-        return np.asarray(np.interp(hz, *_spectrum(half_width_hz, rate_hz, noise_share)))
+        return np.asarray(np.interp(hz, *_spectrum(half_width_hz, away_hz, tilt, noise_share)))
 
     def misfit(logarithm: float) -> float:
         shape = shape_of(math.exp(logarithm))
@@ -71,10 +85,11 @@ def _above_zero(lines: Real) -> Real:
     return lines[1 : (len(lines) * 2 - 1) // 2]
 
 
-def _spectrum(half_width_hz: float, rate_hz: float, noise_share: float) -> tuple[Real, Real]:
+def _spectrum(
+    half_width_hz: float, hz: Real, tilt: Real, noise_share: float
+) -> tuple[Real, Real]:
     """Return lines [Hz] and the spectrum there of an amplitude of variance one."""
-    hz = np.asarray(np.fft.fftfreq(LINES, 1.0 / rate_hz), float)
-    peak = 1.0 / (1.0 + (hz / half_width_hz) ** 2)
+    peak = tilt / (1.0 + (hz / half_width_hz) ** 2)
     envelope = (1.0 - noise_share) * peak / peak.mean() + noise_share
     square = np.minimum(np.abs(np.fft.ifft(envelope)) ** 2, 1.0)
     own = np.fft.fft(np.interp(square, SQUARE, RAYLEIGH)).real

@@ -26,8 +26,8 @@ class Peak:
     centre_hz : float [Hz]
         Natural frequency of a linear mode.
     colour, colour_std : float
-        Power of frequency that flanks go with beside those of a mode under a white force; 0 and 0
-        where none was asked for.
+        Power of frequency that flanks go with beside those of a mode under a white force, and its
+        standard deviation; 0 where it was given.
     """
 
     half_width_hz: float
@@ -38,7 +38,7 @@ class Peak:
 
 
 def peak(
-    envelopes: Sequence[Complex], rate_hz: float, carrier_hz: float, coloured: bool = False
+    envelopes: Sequence[Complex], rate_hz: float, carrier_hz: float, colour: float | None = 0.0
 ) -> Peak:
     """Return the peak of parts of one envelope by Whittle's likelihood.
 
@@ -49,8 +49,8 @@ def peak(
     rate_hz : float [Hz]
     carrier_hz : float [Hz]
         Frequency that the envelopes are about.
-    coloured : bool
-        Whether the force may go with a power of frequency.
+    colour : float or None
+        Power of frequency that the force goes with; None: to be found.
 
     References
     ----------
@@ -69,13 +69,14 @@ def peak(
         # Of a displacement, about 1 at its peak; flanks of a broad one are not alike.
         away = (own_hz**2 - at_hz**2) ** 2 + (2.0 * width * at_hz) ** 2
         alike = (2.0 * width * own_hz) ** 2 / away
-        return np.asarray((alike * np.exp(parameters[3] * octaves) if coloured else alike) + noise)
+        exponent = parameters[3] if colour is None else colour
+        return np.asarray(alike * np.exp(exponent * octaves) + noise)
 
     def misfit(parameters: Real) -> float:
         shape = shape_of(parameters)
         return float(math.log(np.mean(power / shape)) + np.mean(np.log(shape)))
 
-    n = 4 if coloured else 3
+    n = 4 if colour is None else 3
     start = np.array([math.log(start_hz), math.log(1e-3), 0.0, 0.0])[:n]
     limits = [(start[0] - 7.0, start[0] + 7.0), (-20.0, 3.0), (-3.0, 3.0), (-16.0, 16.0)][:n]
     found = minimize(misfit, start, method='Nelder-Mead', bounds=limits, options=OPTIONS).x
@@ -83,8 +84,8 @@ def peak(
         float(np.exp(found[0])),
         float(np.exp(found[1]) / np.mean(shape_of(found))),
         carrier_hz + float(found[2]) * start_hz,
-        float(found[3]) if coloured else 0.0,
-        _last_std(shape_of, found) if coloured else 0.0,
+        float(found[3]) if colour is None else colour,
+        _last_std(shape_of, found) if colour is None else 0.0,
     )
 
 

@@ -183,21 +183,19 @@ def level_law(motions: Sequence[ModalMotion]) -> LevelLaw | None:
 
 
 def _share_of_stiffness(motions: Sequence[ModalMotion], cubic: LawFit) -> OwnShare:
-    if all(each.alone for each in motions):
-        return ALL_OWN
+    odds = float(np.median([each.moves_over_others[0] for each in motions]))
     within = [each.stiffness_within() for each in motions]
-    return own_share((cubic.slope, cubic.slope_std), within, STIFFNESS)
+    return own_share((cubic.slope, cubic.slope_std), within, STIFFNESS, odds)
 
 
 def _share_of_damping(motions: Sequence[ModalMotion], cubic: LawFit) -> OwnShare:
-    if all(each.alone for each in motions):
-        return ALL_OWN
+    odds = float(np.median([each.moves_over_others[1] for each in motions]))
     within = []
     for each in motions:
         damping = cubic.start + cubic.slope * each.square_m2_s2
         slope, std = each.damping_within()
         within.append((damping * slope, abs(damping) * std))
-    return own_share((cubic.slope, cubic.slope_std), within, DAMPING)
+    return own_share((cubic.slope, cubic.slope_std), within, DAMPING, odds)
 
 
 def _stiffness_of(motions: Sequence[ModalMotion]) -> QuantityLaw:

@@ -3,6 +3,8 @@
 Under a white force k₁ E[q²] + k₃ E[q⁴] = E[q̇²] holds exactly for a mode with cubic stiffness,
 whatever its damping (the equation of motion times q, on average): the second spectral moment over
 the zeroth is the stiffness, and needs no linear fit of a peak that the level bends.
+What a coloured force does to moments and widths is taken out of them, not of the motion: a filter
+that does so is about a fixed frequency, and weights the moments when the mode is at another one.
 """
 
 from collections.abc import Sequence
@@ -42,21 +44,21 @@ class ModalMotion:
         colour.
     envelopes : tuple of complex arrays [m]
         Displacement about the mode's frequency, of each part of the record.
-    as_seen : tuple of complex arrays [m]
-        The same with the force's colour in it.  Taking that out weights frequencies, so that the
-        amplitude would follow a frequency that other modes move.
     rate_hz, carrier_hz : float [Hz]
         Of the envelopes, and the frequency they are about.
     noise_share : float
         Of the power in the band that is no peak, 0 to 1.
     cut_share : float
         Of the mode's power that is beyond the band of the envelopes, over what is within.
-    alone : bool
-        Whether no other mode was found in the record.
+    moves_over_others : (float, float)
+        Mean squares of displacement and of velocity, in all channels, over those of all other
+        modes of the record; infinite where there are none.
     frequency_hz, frequency_std_hz : float [Hz]
         As identified; NaN: not known.
     damping_ratio, damping_ratio_std : float
         As identified; the latter NaN: not known.
+    colour : float
+        Power of frequency that the force goes with.
     """
 
     displacement_m: float
@@ -72,12 +74,12 @@ class ModalMotion:
     carrier_hz: float
     noise_share: float
     cut_share: float = 0.0
-    alone: bool = True
+    moves_over_others: tuple[float, float] = (math.inf, math.inf)
     frequency_hz: float = math.nan
     frequency_std_hz: float = math.nan
     damping_ratio: float = math.nan
     damping_ratio_std: float = math.nan
-    as_seen: tuple[Complex, ...] = ()
+    colour: float = 0.0
 
     @property
     def duration_s(self) -> float:
@@ -118,12 +120,14 @@ class ModalMotion:
             square = np.abs(each) ** 2
             turn = np.cumsum(square - square.mean()) * phase_rate / self.rate_hz
             turned_back.append(each * np.exp(-1j * turn))
-        found = peak(turned_back, self.rate_hz, self.carrier_hz).half_width_hz
+        found = peak(turned_back, self.rate_hz, self.carrier_hz, self.colour).half_width_hz
         return found, self._scatter_hz(found, LEVELS.width_scatter)
 
     def amplitude_half_width_hz(self) -> tuple[float, float]:
         """Return the half-width that the amplitude alone tells, and its std [Hz]."""
-        found = amplitude_half_width(self.envelopes, self.rate_hz, self.noise_share)
+        found = amplitude_half_width(
+            self.envelopes, self.rate_hz, self.noise_share, self.carrier_hz, self.colour
+        )
         return found, self._scatter_hz(found, LEVELS.amplitude_width_scatter)
 
     def stiffness_within(self) -> tuple[float, float]:
@@ -137,10 +141,9 @@ class ModalMotion:
         slope, std : float [1/(m² s²)]
             As a cubic stiffness is.
         """
-        seen = self.as_seen or self.envelopes
-        square = np.concatenate([np.abs(each[1:-1]) ** 2 for each in seen])
+        square = np.concatenate([np.abs(each[1:-1]) ** 2 for each in self.envelopes])
         turned = np.concatenate(
-            [(each[1:-1].conj() * _slope(each, self.rate_hz)).imag for each in seen]
+            [(each[1:-1].conj() * _slope(each, self.rate_hz)).imag for each in self.envelopes]
         )
         square_m2 = 2.0 * self.displacement_m**2 * square / square.mean()
         turned *= square_m2.mean() / square.mean()
@@ -169,7 +172,7 @@ class ModalMotion:
         beyond = (1.0 + self.cut_share) ** 3
         spread = max(sixth - 2.0 * second * fourth, LEVELS.least_spread * second**3)
         ratio = (2.0 * second**2 - fourth) / (beyond * spread)
-        half_width_hz = peak(self.envelopes, self.rate_hz, self.carrier_hz).half_width_hz
+        half_width_hz = self.half_width_hz()[0]
         std = 1.0 / (second * math.sqrt(4.0 * math.pi * half_width_hz * self.duration_s))
         return ratio / (0.75 * (1.0 + ratio * fourth / second)), std / 0.75
 
@@ -202,27 +205,29 @@ def motions_at_levels(records: Sequence[ModeRecord]) -> list[ModalMotion | str]:
 
 def _flanks(seen: ModeInRecord) -> tuple[float, Peak]:
     """Return the mean square of the displacement and the peak that flanks have."""
-    flanks = seen.within(seen.wide_hz, 0.0)
+    flanks = seen.within(seen.wide_hz)
     square = np.concatenate([np.abs(each.displacement) ** 2 for each in flanks])
-    return float(square.mean()), _peak(flanks, coloured=True)
+    return float(square.mean()), _peak(flanks, None)
 
 
 def _motion(seen: ModeInRecord, colour: Colour) -> ModalMotion | str:
     f, zeta = seen.mode.frequency_hz, seen.mode.damping_ratio
-    found = seen.within(seen.reach_hz, colour.exponent)
-    narrow = _peak(found)
-    flanks = seen.within(seen.wide_hz, colour.exponent)
-    broad = _peak(flanks)
+    found, flanks = seen.within(seen.reach_hz), seen.within(seen.wide_hz)
+    narrow, broad = (_peak(each, colour.exponent) for each in (found, flanks))
     flanks_agree = _alike(narrow.half_width_hz, broad.half_width_hz, _length_s(found))
-    told, envelopes = (broad, flanks) if flanks_agree else (narrow, found)
-    if not told.noise_share < LEVELS.largest_noise:
-        return f'{100.0 * told.noise_share:.0f} % of the power about it are noise'
+    envelopes = flanks if flanks_agree else found
+    # A wide band has more noise: what else a narrow one has is of a peak that the level bends.
+    within = min(narrow.noise_share, broad.noise_share)
+    noise_share = broad.noise_share if flanks_agree else within
+    if not noise_share < LEVELS.largest_noise:
+        return f'{100.0 * noise_share:.0f} % of the power about it are noise'
     displacement = _moments([each.displacement for each in found])
     velocity = _moments([each.velocity for each in found])
     duration_s = _length_s(found)
-    ratio, ratio_std, share, by_colour = _linear_mode(f, zeta, seen.reach_hz, duration_s)
+    linear = _linear_mode(f, zeta, seen.reach_hz, duration_s, colour.exponent)
+    ratio, ratio_std, share, by_colour = linear
     reach_hz = seen.wide_hz if flanks_agree else seen.reach_hz
-    whole = (1.0 - told.noise_share) / share
+    whole = (1.0 - within) / share
     stiffness = velocity[0] / displacement[0] / ratio
     return ModalMotion(
         math.sqrt(whole * displacement[0]),
@@ -236,20 +241,20 @@ def _motion(seen: ModeInRecord, colour: Colour) -> ModalMotion | str:
         tuple(each.displacement for each in envelopes),
         envelopes[0].rate_hz,
         envelopes[0].carrier_hz,
-        told.noise_share,
-        1.0 / _linear_mode(f, zeta, reach_hz, duration_s)[2] - 1.0,
-        seen.alone,
+        noise_share,
+        max(1.0 / _linear_mode(f, zeta, reach_hz, duration_s, colour.exponent)[2] - 1.0, 0.0),
+        seen.moves_over_others,
         f,
         seen.mode.frequency_std_hz,
         zeta,
         seen.mode.damping_ratio_std,
-        tuple(each.displacement for each in seen.within(reach_hz, 0.0)),
+        colour.exponent,
     )
 
 
-def _peak(found: Sequence[Narrow], coloured: bool = False) -> Peak:
+def _peak(found: Sequence[Narrow], colour: float | None) -> Peak:
     envelopes = [each.displacement for each in found]
-    return peak(envelopes, found[0].rate_hz, found[0].carrier_hz, coloured)
+    return peak(envelopes, found[0].rate_hz, found[0].carrier_hz, colour)
 
 
 def _length_s(found: Sequence[Narrow]) -> float:
@@ -284,22 +289,22 @@ def _moments(envelopes: Sequence[Complex]) -> tuple[float, float]:
 
 
 def _linear_mode(
-    f: float, zeta: float, reach_hz: float, duration_s: float
+    f: float, zeta: float, reach_hz: float, duration_s: float, colour: float
 ) -> tuple[float, float, float, float]:
     """Return the ratio of moments over ω² of a linear mode in a band, its deviation, its share.
 
-    And how the ratio changes with the exponent of a force that goes with a power of frequency.
+    And how the ratio changes with the colour, the power of frequency that the force goes with.
 
     Lines scatter as their own expectation, so that the variance of a ratio of their sums is that
-    of the sum of (ω² - ratio) times the density.  The share of all power is over π f / (4 ζ), the
-    integral of the density (Crandall and Mark 1963, Random Vibration).
+    of the sum of (ω² - ratio) times the density.  The share is over π f / (4 ζ), the integral of
+    the density under a white force (Crandall and Mark 1963, Random Vibration).
     """
     step = 1.0 / duration_s
     hz = np.arange(max(step, f - reach_hz), f + reach_hz, step)
     square = (hz / f) ** 2
-    density = 1.0 / ((1.0 - square) ** 2 + 4.0 * zeta**2 * square)
+    density = (hz / f) ** colour / ((1.0 - square) ** 2 + 4.0 * zeta**2 * square)
     ratio = float(density @ square / density.sum())
     std = float(np.linalg.norm((square - ratio) * density) / density.sum())
     share = float(density.sum()) * step / (math.pi * f / (4.0 * zeta))
     by_colour = float(density @ ((square - ratio) * np.log(hz / f)) / density.sum()) / ratio
-    return ratio, std / ratio, min(1.0, share), by_colour
+    return ratio, std / ratio, share, by_colour

@@ -1,6 +1,6 @@
 """What a record shows of a mode in a band about it: envelopes of displacement and velocity.
 
-One filter tells the mode from those nearby, and the colour that its force has is taken out.
+One filter tells the mode from those nearby.
 """
 
 from collections.abc import Sequence
@@ -85,8 +85,9 @@ class ModeInRecord:
         On either side of the mode, of its moments and of its flanks.
     ends_s : float [s]
         Left out at either end.
-    alone : bool
-        Whether no other mode was found in the record.
+    moves_over_others : (float, float)
+        Mean squares of displacement and of velocity, in all channels, over those of all other
+        modes of the record; infinite where there are none.
     """
 
     mode: Mode
@@ -94,17 +95,15 @@ class ModeInRecord:
     reach_hz: float
     wide_hz: float
     ends_s: float
-    alone: bool
+    moves_over_others: tuple[float, float]
 
-    def within(self, reach_hz: float, colour: float) -> list[Narrow]:
-        """Return what each part shows in a band, the colour of the force taken out."""
-        return [self._in_band(part, reach_hz, colour) for part in self.lines]
+    def within(self, reach_hz: float) -> list[Narrow]:
+        """Return what each part shows in a band."""
+        return [self._in_band(part, reach_hz) for part in self.lines]
 
-    def _in_band(self, lines: _Lines, reach_hz: float, colour: float) -> Narrow:
-        f = self.mode.frequency_hz
-        inside = np.abs(lines.hz - f) <= reach_hz
-        hz = lines.hz[inside]
-        displacement = lines.displacement[inside] * (hz / f) ** (-0.5 * colour)
+    def _in_band(self, lines: _Lines, reach_hz: float) -> Narrow:
+        inside = np.abs(lines.hz - self.mode.frequency_hz) <= reach_hz
+        hz, displacement = lines.hz[inside], lines.displacement[inside]
         # Lines about the middle one as those of a signal of its own: what is slow is few samples.
         n, middle = len(hz), len(hz) // 2
         rate_hz = lines.rate_hz * n / lines.n_rows
@@ -150,8 +149,30 @@ def mode_in_record(record: ModeRecord, half_width_hz: float) -> ModeInRecord | s
         reach_hz,
         wide_hz,
         ends_s,
-        all(other is mode for other in modes),
+        _moves_over_others(enough, mode, modes, alike),
     )
+
+
+def _moves_over_others(
+    parts: Sequence[Samples], mode: Mode, modes: Sequence[Mode], channels: Sequence[int]
+) -> tuple[float, float]:
+    """Return how much a mode moves over all others: displacement, velocity; mean squares."""
+    others = [other for other in modes if other is not mode]
+    if not others:
+        return math.inf, math.inf
+    derived = parts[0].channels[channels[0]].times_derived
+    square = np.zeros(1 + len(others))
+    for part in parts:
+        rows = part.widened()[:, channels]
+        lines = np.fft.rfft(rows, axis=0)
+        hz: Real = np.asarray(np.fft.rfftfreq(len(rows), 1.0 / part.sample_rate_hz), float)
+        for n, each in enumerate((mode, *others)):
+            f = each.frequency_hz
+            reach_hz = max(LEVELS.peak_half_widths * each.damping_ratio * f, 1.0 / part.duration_s)
+            inside = np.abs(hz - f) <= reach_hz
+            square[n] += np.sum(np.abs(lines[inside]) ** 2) / (2.0 * np.pi * f) ** (2 * derived)
+    times = square * np.array([each.frequency_hz for each in (mode, *others)]) ** 2
+    return float(square[0] / square[1:].sum()), float(times[0] / times[1:].sum())
 
 
 def _lines(samples: Samples, row: Real, derived: int, f_hz: float, reach_hz: float) -> _Lines:

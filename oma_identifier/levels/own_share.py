@@ -2,19 +2,24 @@
 
 At a larger level all modes move more, and a spring that several of them stretch stiffens each for
 all: between levels own and others' parts cannot be told apart.  Within a record they can, for
-there the amplitude of each mode comes and goes by itself.
-
-References
-----------
-Jeffreys (1961), Theory of Probability, 5.0: half of the belief in a value that is special.
+there the amplitude of each mode comes and goes by itself.  That scatters, and a mode that moves
+much drives others with its combination tones, so that they come and go with it.  So it counts how
+much modes move, too: what one of them adds goes with the square of its motion.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
 
 import numpy as np
+from scipy.special import expit
 
-SHARES = np.linspace(0.0, 1.0, 101)
+REACH, STEPS = 6.0, 401
+"""Of the odds that are tried, in standard deviations of their logarithm, and how many."""
+ODDS_SLOPE, ODDS_STD = 0.85, 2.3
+"""Of the logarithm of own over others' part, with that of the mode's motion over all others', and
+about it: of 12,000 modes of 3,000 random chains with springs that are not linear at one place or
+two, under forces and through a base, 96 and 95 % are within two deviations (seed 981590)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,11 +72,12 @@ within over 1.3 shares 0.1 ± 0.3 (11).  Errors are half as large again for stif
 
 
 def own_share(
-    between: tuple[float, float], within: Sequence[tuple[float, float]], seen: Seen
+    between: tuple[float, float],
+    within: Sequence[tuple[float, float]],
+    seen: Seen,
+    moves_over_others: float,
 ) -> OwnShare:
-    """Return the share of a mode that is not alone.
-
-    Half of the belief beforehand is in no part of others, half in any share alike.
+    """Return the share of a mode.
 
     Parameters
     ----------
@@ -80,17 +86,22 @@ def own_share(
     within : sequence of (float, float)
         The same within each record.
     seen : Seen
+    moves_over_others : float
+        Mean square of the mode's motion over that of all others; infinite: it is alone.
     """
+    if math.isinf(moves_over_others):
+        return ALL_OWN
     value, std = np.array(within).T
     weight = std**-2.0 / np.sum(std**-2.0)
     total, total_std = between
-    expected = seen.gain * SHARES + seen.offset
+    away = np.linspace(-REACH, REACH, STEPS)
+    odds = ODDS_SLOPE * math.log(max(moves_over_others, 1e-300)) + ODDS_STD * away
+    shares = expit(odds)
+    expected = seen.gain * shares + seen.offset
     variance = 1.0 / np.sum(std**-2.0) + (seen.error * total) ** 2 + (expected * total_std) ** 2
     off = float(weight @ value) - expected * total
-    logarithm = -0.5 * (off**2 / variance + np.log(variance))
-    belief = np.full(len(SHARES), 0.5 / len(SHARES))
-    belief[-1] += 0.5
-    belief *= np.exp(logarithm - logarithm.max())
+    logarithm = -0.5 * (off**2 / variance + np.log(variance) + away**2)
+    belief = np.exp(logarithm - logarithm.max())
     belief /= belief.sum()
-    mean = float(belief @ SHARES)
-    return OwnShare(mean, float(np.sqrt(belief @ (SHARES - mean) ** 2)))
+    mean = float(belief @ shares)
+    return OwnShare(mean, float(np.sqrt(belief @ (shares - mean) ** 2)))

@@ -10,6 +10,8 @@ class LevelThresholds:
     # The motion of a mode.
     half_widths: float = 8.0
     """On either side of a mode that are looked at: a linear mode has 92 % of its power there."""
+    peak_half_widths: float = 2.0
+    """The same for how much modes move, one beside another: 70 % of the power; chosen."""
     flank_half_widths: float = 16.0
     """The same for the width of the peak, of which flanks tell the force that drives the mode.
     Twice the band takes 1.25 instead of 1.57 of the law's least deviation (Fisher information of

@@ -1,4 +1,4 @@
-"""An oscillator with cubic stiffness, cubic damping and Coulomb friction under white force.
+"""An oscillator with cubic stiffness, cubic damping and friction under white force or base.
 
 Classical Runge-Kutta steps, eight within a sample: it shares no formula with the identifier.
 """
@@ -20,6 +20,7 @@ def accelerations(
     duration_s: float,
     rate_hz: float,
     rng: np.random.Generator,
+    through_base: bool = False,
 ) -> NDArray[np.float64]:
     """Return mean accelerations within samples, (n_samples,) [m/s²].
 
@@ -29,10 +30,12 @@ def accelerations(
         Per mass.
     force : float [m/s^1.5]
         Root of the two-sided density of the force per mass.
+    through_base : bool
+        The force is that of a base which accelerates so; accelerations are over ground.
     """
     step = 1.0 / rate_hz / STEPS
     forces = rng.standard_normal(round(duration_s * rate_hz) * STEPS) * force / math.sqrt(step)
-    return _run(forces, *law, step)
+    return _run(forces, *law, step, through_base)
 
 
 @numba.njit
@@ -41,7 +44,7 @@ def _acceleration(x, v, force, k1, k3, c1, c3, friction):
 
 
 @numba.njit
-def _run(forces, k1, k3, c1, c3, friction, step):
+def _run(forces, k1, k3, c1, c3, friction, step, through_base):
     x, v, total = 0.0, 0.0, 0.0
     found = np.empty(len(forces) // STEPS)
     for n, force in enumerate(forces):
@@ -55,7 +58,7 @@ def _run(forces, k1, k3, c1, c3, friction, step):
         mean = (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0
         x += step / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4)
         v += step * mean
-        total += mean
+        total += mean - (force if through_base else 0.0)
         if n % STEPS == STEPS - 1:
             found[n // STEPS], total = total / STEPS, 0.0
     return found

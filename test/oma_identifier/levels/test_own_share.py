@@ -5,38 +5,56 @@ import math
 import numpy as np
 import pytest
 from scipy.linalg import eigh
+from scipy.special import expit
 
 import autonomous_modal_analysis as ama
 from autonomous_modal_analysis.compared.mode_courses import mode_courses
 from autonomous_modal_analysis.compared.mode_levels import mode_levels
 from oma_identifier.compare import compare_modes
 from oma_identifier.levels import Law
-from oma_identifier.levels.own_share import own_share, Seen
+from oma_identifier.levels.own_share import (
+    ODDS_SLOPE,
+    ODDS_STD,
+    own_share,
+    Seen,
+    STIFFNESS,
+)
 
 
-def test_a_share_is_within_its_deviation_and_others_are_seldom_told_where_there_are_none():
-    """Of 400 draws of the belief beforehand: half have no others."""
+def test_a_share_is_within_its_deviation_and_others_are_seldom_told_where_they_have_no_part():
+    """Of 400 draws of the belief beforehand."""
     seed = 79400
     rng = np.random.default_rng(seed)
-    off, wrong, alone = [], 0, 0
+    off, wrong, own = [], 0, 0
     for _ in range(400):
-        true = 1.0 if rng.random() < 0.5 else rng.random()
+        moves = math.exp(3.0 * rng.standard_normal())
+        true = expit(ODDS_SLOPE * math.log(moves) + ODDS_STD * rng.standard_normal())
         seen = Seen(1.2, -0.1, 0.15)
         noise = np.array([1.0, 0.4, rng.uniform(0.02, 0.5)])
         ratio = seen.gain * true + seen.offset + seen.error * rng.standard_normal()
         within = [(ratio + each * rng.standard_normal(), each) for each in noise]
-        found = own_share((1.0, 0.05), within, seen)
-        off.append((found.value - true) / max(found.std, 0.01))
-        alone += true == 1.0
-        wrong += true == 1.0 and found.others_told
-    said = f'seed {seed}: {np.mean(np.abs(off) < 2.0):.3f}, {wrong} of {alone}'
+        found = own_share((1.0, 0.05), within, seen, moves)
+        off.append((found.value - true) / found.std)
+        own += true > 0.95
+        wrong += true > 0.95 and found.others_told
+    said = f'seed {seed}: {np.mean(np.abs(off) < 2.0):.3f}, {wrong} of {own}'
+    print(said)
     assert np.mean(np.abs(off) < 2.0) > 0.92, said
-    assert wrong < 0.1 * alone, said
+    assert wrong < 0.1 * own, said
 
 
-def test_a_change_that_is_not_told_leaves_what_was_believed():
-    found = own_share((0.1, 1.0), [(0.0, 5.0)], Seen(1.0, 0.0, 0.2))
-    assert found.value == pytest.approx(0.75, abs=0.02) and not found.others_told
+def test_a_change_that_is_not_told_leaves_what_motion_tells():
+    for moves, expected in ((1.0, 0.5), (math.inf, 1.0)):
+        found = own_share((0.1, 1.0), [(0.0, 5.0)], Seen(1.0, 0.0, 0.2), moves)
+        assert found.value == pytest.approx(expected, abs=0.02)
+        assert not found.others_told
+
+
+def test_a_mode_that_hardly_moves_is_not_said_to_stiffen_itself():
+    """Through a base the first mode moves most, and higher ones come and go with its tones."""
+    found = own_share((1.0, 0.05), [(0.7, 0.3)], STIFFNESS, 1e-3)
+    assert found.value < 0.2
+    assert own_share((1.0, 0.05), [(0.7, 0.3)], STIFFNESS, 1e3).value > 0.95
 
 
 @pytest.mark.slow
