@@ -12,6 +12,7 @@ from benchmarks.ablation.stages import FITS, place_of, Stage
 from benchmarks.families.judge import judge, Verdict
 from benchmarks.families.record import Record
 from modal_core.channel import Channel
+from modal_core.errors import ModalAnalysisError
 from modal_core.samples import Samples
 from oma_identifier.identify import identify_parts
 from oma_identifier.settings import IdentificationSettings
@@ -101,7 +102,8 @@ class Shared:
     def _stage(self, stage: Callable[[Any], Any], so_far: tuple[str, ...]) -> Any:
         by_stage = self.stage is not None and self.stage.reach == FITS
         own = by_stage and not any('STAGES' in name for name in self.stage.off)
-        decides = so_far[-1] == 'decide' and self.stage is not None
+        # What follows the decision is of the decision.
+        decides = 'decide' in so_far and self.stage is not None
         namespace = self.stage.name if own or decides else ''
 
         def run(of: Any) -> Any:
@@ -128,7 +130,7 @@ def verdict_of(record: Record, stage: Stage | None, shared: Shared) -> Verdict:
     try:
         with shared.without(stage):
             found = identify_parts([samples], settings)
-    except Exception as error:  # noqa: BLE001 - any crash is a finding
+    except ModalAnalysisError as error:
         verdict = judge((), (), record)
         verdict.failed = f'{type(error).__name__}: {error}'
     else:

@@ -122,11 +122,8 @@ STAGES_OFF = (
     Stage('narrow modes shown', SELECTION, {'selection.join_bands.is_shown': _yes}),
     Stage('modes that lines explain', SELECTION, {'identify.without_explained': _first}),
     Stage('lines removed, identified again', SELECTION, {'refine_found.without_lines': _first}),
-    Stage(
-        'peaks asked for',
-        SELECTION,
-        {'identify.SpectralPeaks': _nothing, 'refine_found.SpectralPeaks': _nothing},
-    ),
+    Stage('peaks asked for', SELECTION, {'selection.selection._peaks': _yes}),
+    Stage('peaks of loud moments', SELECTION, {'identify.without_moments': _first}),
     Stage('orders that wander', SELECTION, {'selection.selection._wanders': _no}),
     Stage('sense beside others', SELECTION, {'selection.selection.beside_others': _first}),
     Stage('many orders speak', SELECTION, {'selection.selection._widest': lambda *_: 0.0}),
@@ -137,6 +134,11 @@ STAGES_OFF = (
         'best members averaged',
         SELECTION,
         {'selection.average._agreeing': lambda poles, _: np.ones(len(poles), bool)},
+    ),
+    Stage(
+        'overlapping modes told apart',
+        SELECTION,
+        {'selection.band_selector.identify_canonical': _nothing},
     ),
     # Fits.
     Stage(
@@ -182,6 +184,7 @@ STAGES_OFF = (
     Stage('superfluous modes', FITS, _stages_without('leave_out_superfluous')),
     Stage('second pass', FITS, _stages_without('fit_again')),
     Stage('missing modes', FITS, _stages_without('take_in_missing')),
+    Stage('forces of a narrow band', FITS, _stages_without('tell_narrow_forces')),
     # Decision.
     Stage('refinement', SELECTION, {'settings.IdentificationSettings.refines_record': False}),
     Stage(
