@@ -85,9 +85,7 @@ def _above_zero(lines: Real) -> Real:
     return lines[1 : (len(lines) * 2 - 1) // 2]
 
 
-def _spectrum(
-    half_width_hz: float, hz: Real, tilt: Real, noise_share: float
-) -> tuple[Real, Real]:
+def _spectrum(half_width_hz: float, hz: Real, tilt: Real, noise_share: float) -> tuple[Real, Real]:
     """Return lines [Hz] and the spectrum there of an amplitude of variance one."""
     peak = tilt / (1.0 + (hz / half_width_hz) ** 2)
     envelope = (1.0 - noise_share) * peak / peak.mean() + noise_share
