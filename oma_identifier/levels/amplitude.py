@@ -29,8 +29,6 @@ VARIANCE = 1.0 - math.pi / 4.0
 """Of the amplitude, over its mean square."""
 LINES = 1024
 """Of a model of the spectrum: 64 in the half-width of a mode with 8 of them on either side."""
-LEAST_TILT = 0.1
-"""Of a frequency over the carrier: bands reach down to a tenth of it."""
 WIDEST, NARROWEST = 0.5, 2.5e-3
 """Half-widths that are tried, over the rate of the envelope: the one of a mode is 1/16 of it."""
 
@@ -52,12 +50,12 @@ def amplitude_half_width(
     noise_share : float
         Of the power in the band that is no peak, 0 to 1.
     carrier_hz : float [Hz]
-        Frequency that the envelopes are about.
+        Frequency that the envelopes are about; above half their rate.
     colour : float
         Power of frequency that the force goes with.
     """
     away_hz = np.asarray(np.fft.fftfreq(LINES, 1.0 / rate_hz), float)
-    over = np.maximum(away_hz / carrier_hz, LEAST_TILT - 1.0)
+    over = away_hz / carrier_hz
     # The flanks of a displacement are not alike, those under a coloured force still less.
     tilt = (1.0 + over) ** colour / (1.0 + 0.5 * over) ** 2
     amplitudes = [np.abs(each) for each in envelopes]

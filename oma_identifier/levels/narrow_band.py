@@ -163,14 +163,16 @@ def _moves_over_others(
     derived = parts[0].channels[channels[0]].times_derived
     square = np.zeros(1 + len(others))
     for part in parts:
-        rows = part.widened()[:, channels]
-        lines = np.fft.rfft(rows, axis=0)
-        hz: Real = np.asarray(np.fft.rfftfreq(len(rows), 1.0 / part.sample_rate_hz), float)
+        n_rows = len(part.acceleration)
+        hz: Real = np.asarray(np.fft.rfftfreq(n_rows, 1.0 / part.sample_rate_hz), float)
+        power = np.zeros(len(hz))
+        for channel in channels:
+            power += np.abs(np.fft.rfft(part.widened(columns=[channel])[:, 0])) ** 2
         for n, each in enumerate((mode, *others)):
             f = each.frequency_hz
             reach_hz = max(LEVELS.peak_half_widths * each.damping_ratio * f, 1.0 / part.duration_s)
             inside = np.abs(hz - f) <= reach_hz
-            square[n] += np.sum(np.abs(lines[inside]) ** 2) / (2.0 * np.pi * f) ** (2 * derived)
+            square[n] += power[inside].sum() / (2.0 * np.pi * f) ** (2 * derived)
     times = square * np.array([each.frequency_hz for each in (mode, *others)]) ** 2
     return float(square[0] / square[1:].sum()), float(times[0] / times[1:].sum())
 
