@@ -73,8 +73,8 @@ def view_at(
     spectra: Complex,
     own: Sequence[NDArray[np.int64]],
     beside: NDArray[np.int64],
-    complexity: Real,
-    alike: Real,
+    shown: Real,
+    shown_beside: float,
 ) -> PeakView:
     """Return how sensors are seen at a peak.
 
@@ -88,14 +88,15 @@ def view_at(
         Channels of each of the sensors.
     beside : int array
         Channels of others, which are in step.
-    complexity : (n_sensors,) array
-        See :class:`PeakView`.
-    alike : (n_sensors,) array
-        Power of a sensor at the peak over that of the others, or the inverse where that is less.
-        One that hardly shows a mode shows flanks of others there.  Under a common force these are
-        in step with the peak, at any phase, which turns from one side of the peak to the other as
-        if the beat were late.
+    shown : (n_sensors,) array
+        Power of the peak in each sensor, a share of its variance.
+    shown_beside : float
+        The same in the others, their mean.
     """
+    # A sensor that hardly shows a mode shows flanks of others there.  Under a common force these
+    # are in step with the peak, at any phase, which turns from one side of the peak to the other
+    # as if the beat were late.
+    alike = np.minimum(shown, shown_beside) / np.maximum(shown, shown_beside)
     spread_hz = max(float(np.ptp(peak.line_hz)), 1e-9)
     n_lags = math.ceil(SYNCHRONY.latest_s * spread_hz / 0.2)
     lag_s = SYNCHRONY.latest_s * (np.arange(-n_lags, n_lags + 1) / n_lags)
@@ -120,7 +121,8 @@ def view_at(
         lag_s,
         np.array([np.sum(cross**2, axis=1) for cross in crosses]),
         np.where(is_seen, phase_std, np.nan),
-        complexity,
+        # An imaginary part turns a small entry of a shape more than a large one.
+        np.sqrt(0.5 / shown + 0.5 / shown_beside),
         _tops(lag_s, coherence, best),
         np.where(has_beat, _widths(peak, np.sqrt(each * others)), 0.0),
     )

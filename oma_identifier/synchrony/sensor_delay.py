@@ -103,17 +103,9 @@ class _Alignment:
         own = [self._columns[name] for name in names]
         beside = np.concatenate([self._columns[other] for other in others])
         power = np.mean([self._power[other] for other in others], axis=0)
-        # An imaginary part turns a small entry of a shape more than a large one.
-        complexity = [np.sqrt(0.5 / self._power[name] + 0.5 / power) for name in names]
-        alike = [_alike(self._power[name], power) for name in names]
-        at_peaks = zip(self._peaks, np.transpose(complexity), np.transpose(alike), strict=True)
+        shown = np.transpose([self._power[name] for name in names])
         views = [
-            view_at(peak, self._in_step(peak), own, beside, turned, both)
-            for peak, turned, both in at_peaks
+            view_at(peak, self._in_step(peak), own, beside, *powers)
+            for peak, *powers in zip(self._peaks, shown, power, strict=True)
         ]
         return dict(zip(names, delays_of(views), strict=True))
-
-
-def _alike(own: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what less is shown of each peak, by a sensor or by others, over what more is."""
-    return np.asarray(np.minimum(own, others) / np.maximum(own, others))

@@ -32,7 +32,7 @@ def peaks(structure):
 @pytest.mark.parametrize('delay_rows', [0, 4])
 def test_delays_that_are_given_up_are_unlikely(peaks, delay_rows):
     found = peaks(delay_rows)
-    views = [view_at(peak, peak.spectra, OWN, BESIDE, np.ones(3), np.ones(3)) for peak in found]
+    views = [view_at(peak, peak.spectra, OWN, BESIDE, np.ones(3), 1.0) for peak in found]
     likelihood = DelayLikelihood(views)
     delay_s = np.tile(np.arange(-SYNCHRONY.latest_s, SYNCHRONY.latest_s, 2.5e-4), 3)
     sensor = np.repeat(np.arange(3), len(delay_s) // 3)
