@@ -49,6 +49,7 @@ from modal_reports.charts import (
 from modal_reports.health_words import (
     channel_words,
     interrupted_channels,
+    lone_channels,
     poor_channels,
     quality_words,
 )
@@ -146,6 +147,7 @@ __all__ = [
     'kit_script',
     'kit_style',
     'listed',
+    'lone_channels',
     'mark',
     'measured',
     'meter',

@@ -9,6 +9,8 @@ from modal_reports.words import capital, count, listed
 
 BRIDGED = ('gap', 'interrupted')
 """Flags of channels that are used as if nothing had been there."""
+ALONE = 'incoherent'
+"""Flag of channels whose motion no other shows."""
 MOST_TIMES = 3
 OUT_OFTEN, MOST = 0.1, 0.5
 """Share of windows a channel is left out of, and of those that have a flag, from where on it is
@@ -105,6 +107,27 @@ def interrupted_channels(windows: Sequence[DataQuality], start_ns: int) -> tuple
             f' {kept}); check its cable and plug'
         )
     return tuple(lines)
+
+
+def lone_channels(windows: Sequence[DataQuality]) -> tuple[str, ...]:
+    """Return what to do about channels that are left out for their own motion; a line for all.
+
+    Parameters
+    ----------
+    windows : sequence of DataQuality
+        Of a recording.
+    """
+    names = [
+        name
+        for name, found in _by_channel(windows).items()
+        if sum(each.excluded and ALONE in each.flags for each in found) > MOST * len(windows)
+    ]
+    if not names:
+        return ()
+    return (
+        f'{listed(names)}: the clock is wrong, the mount loose, or a part swings by itself, as a'
+        ' load on a rope; check both, and identify what is left out alone to see how it moves',
+    )
 
 
 def _joined(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:

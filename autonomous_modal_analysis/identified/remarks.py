@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from autonomous_modal_analysis.identified.results import IdentifiedWindow
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
-from modal_reports import count, interrupted_channels, listed, poor_channels
+from modal_reports import count, interrupted_channels, listed, lone_channels, poor_channels
 from oma_identifier.moving_lines import MOVING
 from oma_identifier.record import needed_window_s, SHORT_WINDOWS, too_slow
 from oma_identifier.result import NO_MODE, ONLY_LINES, WindowResult
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import SingularValueSpectrum
-from oma_identifier.synchrony import INCOHERENT
 
 ROUGH, FAIR = 1.0, 4.0
 """Damping times frequency times duration where damping scatters by 40 % at best, and where by
@@ -53,7 +52,6 @@ def remarks(
         That were used.
     """
     found = (
-        _moves_alone(windows),
         _conditions(whole),
         _too_short_record(whole),
         _damping_without_deviation(whole),
@@ -63,25 +61,12 @@ def remarks(
         _odd_rate(whole, sample_rate_hz, settings),
     )
     health = [window.quality for window in windows]
-    channels = (*poor_channels(health), *interrupted_channels(health, whole.start_ns))
+    channels = (
+        *poor_channels(health),
+        *interrupted_channels(health, whole.start_ns),
+        *lone_channels(health),
+    )
     return (*channels, *(line for line in found if line))
-
-
-def _moves_alone(windows: Sequence[IdentifiedWindow]) -> str:
-    """Say what to do about sensors whose motion no other shows."""
-    out = Counter(
-        channel.name
-        for window in windows
-        for channel in window.quality.channels
-        if channel.excluded and INCOHERENT in channel.flags
-    )
-    names = [name for name, n_out in out.items() if 2 * n_out > len(windows)]
-    if not names:
-        return ''
-    return (
-        f'{listed(names)}: the clock is wrong, the mount loose, or a part swings by itself, as a'
-        ' load on a rope; check both, and identify what is left out alone to see how it moves'
-    )
 
 
 def _conditions(whole: WindowResult) -> str:

@@ -7,16 +7,8 @@ was.
 """
 
 from oma_identifier.synchrony.change_kind import CHANGES
-from oma_identifier.synchrony.coherence import INCOHERENT
 from oma_identifier.synchrony.in_step import Synchroniser
 from oma_identifier.synchrony.interruptions import INTERRUPTED, Interruptions
 from oma_identifier.synchrony.sensor_changes import SensorChanges
 
-__all__ = [
-    'CHANGES',
-    'INCOHERENT',
-    'INTERRUPTED',
-    'Interruptions',
-    'SensorChanges',
-    'Synchroniser',
-]
+__all__ = ['CHANGES', 'INTERRUPTED', 'Interruptions', 'SensorChanges', 'Synchroniser']
