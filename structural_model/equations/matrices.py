@@ -129,7 +129,9 @@ def damped_modes(matrices: StructuralMatrices, jacobian: Array) -> DampedModes:
     Overdamped degrees of freedom have real poles and are left out.
     """
     size = len(matrices.M)
-    solved = np.linalg.solve(matrices.M, np.hstack([matrices.K, matrices.C]))
+    solved = np.hstack([matrices.K, matrices.C])
+    if size:  # nothing of a rigid arm
+        solved = scipy.linalg.cho_solve(scipy.linalg.cho_factor(matrices.M), solved)
     first_order = np.zeros((2 * size, 2 * size))
     first_order[:size, size:] = np.eye(size)
     first_order[size:] = -solved
