@@ -39,6 +39,9 @@ UNUSED = {
     'joints_unconfirmed': 'stamps of joint states that agree with nothing else',
 }
 """Why messages take no part, by the code of the buffer."""
+WINDOWS_SHARE = 0.8
+"""Of the time of a recording, in its windows: of seven records of random families (384600,
+384601) the whole took 0.4 of it in two, and a fifth or nothing in the others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,14 +106,18 @@ def identify_recording(
     sliding, spectra = SlidingWatch(robot), SpectrogramWatch(robot)
     windows: list[IdentifiedWindow] = []
     rates_hz: list[float] = []
+    read_until: list[float] = []
 
     def take(results: Iterable[WindowResult]) -> None:
         # Poles and spectra of single windows are dropped: a day has thousands of windows.
-        windows.extend(identified_window(result) for result in results)
+        for result in results:
+            windows.append(identified_window(result))
+            progress(WINDOWS_SHARE * read_until[len(windows) - 1])
 
     def identify(window: Window) -> None:
         _check_band(window, asked)
         rates_hz.append(window.samples.sample_rate_hz)
+        read_until.append(recording.fraction_read)
         spectra.add(window)
         take(ahead.identify(window))
 
@@ -122,7 +129,6 @@ def identify_recording(
                 sliding.add(measurement)
             for window in pipeline.windows():
                 identify(window)
-            progress(0.9 * recording.fraction_read)
         for window in pipeline.finish():
             identify(window)
         take(ahead.rest())
