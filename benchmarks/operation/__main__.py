@@ -5,7 +5,7 @@ Nobody tunes on the seeds of the report; development has seeds below 780,000.
 
 import argparse
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import time
 import warnings
 
@@ -78,8 +78,21 @@ def finders() -> dict[str, Find]:
 
 
 def first_printed(samples: Samples) -> list[Mode]:
-    """Return what `ama identify` prints first: the default method, refined."""
-    return list(identify(samples.widened(), samples.sample_rate_hz).modes)
+    """Return what `ama identify` prints first: the default method, refined.
+
+    A channel that was left out stands still in all shapes.
+    """
+    n_channels = len(samples.channels)
+    modes = identify(samples.widened(), samples.sample_rate_hz).modes
+    # An array's channels are numbered.
+    kept = [int(name.removeprefix('ch')) - 1 for name in modes.channel_names]
+    return [replace(mode, shape=_spread(mode.shape, kept, n_channels)) for mode in modes]
+
+
+def _spread(shape: NDArray[np.complex128], kept: list[int], n: int) -> NDArray[np.complex128]:
+    spread = np.zeros(n, dtype=complex)
+    spread[kept] = shape
+    return spread
 
 
 def verdict(find: Find, one: Scene) -> Verdict:

@@ -36,6 +36,8 @@ def sensor_delays(peaks: list[Peak], columns: Columns) -> dict[str, SensorDelay]
     """
     if len(columns) < 2:
         return {}
+    # A machine's line moves all modes at once: sensors are out of step there, and none is late.
+    peaks = [peak for peak in peaks if not peak.is_line]
     if not peaks:
         return {name: SensorDelay() for name in columns}
     best: dict[str, SensorDelay] = {}

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len, rfft
+from scipy.fft import ifft, next_fast_len, rfft
 from scipy.ndimage import uniform_filter1d
 
 from modal_core.numbers.prominence import crossings, prominent_peaks
@@ -15,6 +15,8 @@ from oma_identifier.synchrony.thresholds import SYNCHRONY
 
 TAPERS = 3
 """Sine tapers; each line is then blurred by two others to either side."""
+SINE_KURTOSIS = 2.0 / 3.0
+"""Mean of sin², squared, over that of sin⁴: what the first taper does to a fourth moment."""
 WIDTH = 0.01
 """Share of a frequency that its power is averaged over to find peaks: as broad as a mode of 0.5 %
 damping, which is next to nothing to a broader one."""
@@ -59,6 +61,17 @@ class Peak:
     def n_free(self) -> float:
         """Independent values among the spectra, about."""
         return float(len(self.line_hz) + TAPERS - 1)
+
+    @property
+    def is_line(self) -> bool:
+        """Whether its motion keeps its amplitude all the time, as that of a machine does."""
+        if len(self.line_hz) < SYNCHRONY.beat_lines:
+            return False
+        # Back in time: the squared amplitude is that of the motion times the first taper, sin².
+        power = np.abs(ifft(self.single[0], 2 * len(self.line_hz), axis=0)) ** 2
+        square = np.sum(np.mean(power, axis=0) ** 2)
+        kurtosis = SINE_KURTOSIS * np.sum(np.mean(power**2, axis=0)) / square
+        return bool(kurtosis < SYNCHRONY.line_kurtosis)
 
 
 def sensor_peaks(samples: Samples) -> list[Peak]:

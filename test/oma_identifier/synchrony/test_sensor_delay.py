@@ -13,7 +13,7 @@ from modal_core.window import Window
 from oma_identifier.motion.robot_signals import RobotSignals
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.synchrony.in_step import Synchroniser
+from oma_identifier.synchrony.in_step import columns_of, Synchroniser
 from oma_identifier.synchrony.sensor_delay import sensor_delays
 from oma_identifier.synchrony.sensor_peaks import sensor_peaks
 from oma_identifier.synchrony.thresholds import SYNCHRONY
@@ -269,3 +269,26 @@ def test_the_deviation_of_a_delay_is_that_of_its_error():
         )
         errors.append((found.seconds - truth) / found.std_s)
     assert np.max(np.abs(errors)) < 4.0 and np.std(errors) < 1.5, f'seed {SEED}: {errors}'
+
+
+def swept(delay_s, orders=(1.0, 2.0, 3.0), from_hz=18.0, to_hz=20.0, duration_s=60.0):
+    """Return the orders of a shaft whose speed grows, each channel late by its delay."""
+    at_s = np.arange(round(duration_s * RATE_HZ))[:, None] / RATE_HZ - delay_s
+    turns = from_hz * at_s + 0.5 * (to_hz - from_hz) / duration_s * at_s**2
+    return np.sum([np.cos(2.0 * np.pi * order * turns) for order in orders], axis=0)
+
+
+def test_a_machine_whose_speed_grows_tells_no_delay():
+    """Its lines have the phases of all modes they move at once; a sensor is not late by that."""
+    rng = np.random.default_rng(SEED)
+    shapes = rng.standard_normal((len(NAMES), len(FREQUENCY_HZ)))
+    modes = record(rng, shapes, np.zeros(len(NAMES)), duration_s=60.0)
+    lines = 10.0 * modes.acceleration.std(axis=0) * swept(late(0.03))
+    both = replace(modes, acceleration=modes.acceleration + lines)
+    peaks = sensor_peaks(both)
+    of_lines = [peak for peak in peaks if peak.is_line]
+    found_hz = sorted(peak.frequency_hz for peak in of_lines)
+    np.testing.assert_allclose(found_hz, [19.0, 38.0, 57.0], rtol=0.01, err_msg=f'seed {SEED}')
+    assert not any(peak.is_line for peak in sensor_peaks(modes)), f'seed {SEED}'
+    found = sensor_delays(of_lines, columns_of(both.channels))
+    assert not any(delay.is_odd for delay in found.values()), f'seed {SEED}'
