@@ -27,6 +27,7 @@ from oma_identifier.likelihood.force_course import ForceCourse
 from oma_identifier.likelihood.force_slopes import ForceSlope, pooled_slopes
 from oma_identifier.likelihood.group_fits import (
     fit_group,
+    fit_with_residuals,
     GroupFit,
     n_driving_forces,
     unit,
@@ -82,6 +83,7 @@ __all__ = [
     'fit_band',
     'fit_group',
     'fit_known',
+    'fit_with_residuals',
     'forced_gain',
     'group_modes',
     'inputs_of',

@@ -28,6 +28,9 @@ EM_STEPS = 6
 """From uncorrelated forces to a root that scoring starts from."""
 LEAST_SHARE = 1e-6
 """Of a mode's force, that each column of the root has at least."""
+FAR, FAR_DAMPING = (0.1, 10.0), 0.01
+"""Frequency of residuals over that of their band: what one does is alike within 2 % over an
+octave."""
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -67,6 +70,26 @@ def count_forces(values: Complex) -> int:
 def under_few_forces(data: BandData, model: BandModel, n_forces: int) -> BandModel:
     """Return a model under the few forces that the data suggest."""
     return with_root(model, root_of(_expected(data, model, coherent=True), n_forces))
+
+
+def with_residuals(model: BandModel) -> BandModel:
+    """Return a model whose forces move every channel beside the modes as well.
+
+    As modes far below do, by accelerations alike at all frequencies, and as those far above, by
+    displacements alike.
+    """
+    n = len(model.shapes)
+    power = np.mean(np.diag(model.force).real[: model.n_free])
+    ratio = np.repeat(FAR, n)
+    # About as much as a mode does beside its peak.
+    force = np.append(np.diag(model.force), power * np.maximum(1.0, ratio**4))
+    return replace(
+        model,
+        frequency_hz=np.append(model.frequency_hz, ratio * model.reference_hz),
+        damping_ratio=np.append(model.damping_ratio, np.full(len(ratio), FAR_DAMPING)),
+        shapes=np.concatenate([model.shapes, *[np.eye(n)] * len(FAR)], axis=1),
+        force=np.diag(force).astype(complex),
+    )
 
 
 def are_few(data: BandData, model: BandModel, n_forces: int) -> bool:

@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 
 from oma_identifier.likelihood.averages import averaged_again, divided, parts_wanted
 from oma_identifier.likelihood.band_model import BandData, BandFit, BandModel, SlopePrior
-from oma_identifier.likelihood.few_forces import are_few, count_forces, under_few_forces
+from oma_identifier.likelihood.few_forces import (
+    are_few,
+    count_forces,
+    under_few_forces,
+    with_residuals,
+)
 from oma_identifier.likelihood.fit_band import ConvergenceLimits, FIRST_PASS, fit_band, LATER_PASS
 from oma_identifier.likelihood.indices import BandIndex, ModeIndex
 from oma_identifier.likelihood.line_spectra import Spectra
@@ -99,6 +104,32 @@ def fit_group(
             return few
     band, values = reduce_band(spectra, start, group, lines, slope)
     return _fitted(spectra, band, values, group, convergence, begin)
+
+
+def fit_with_residuals(
+    spectra: Spectra,
+    start: StartModes,
+    group: list[ModeIndex],
+    usable: NDArray[np.bool_],
+    slope: SlopePrior,
+) -> GroupFit:
+    """Fit one group under few forces that move every channel beside the modes as well.
+
+    What modes that nobody found do in a band changes little over it: each force moves the channels
+    along with itself.  Fewer assumptions than those of :func:`fit_group`, and larger deviations.
+
+    References
+    ----------
+    Ewins (2000), Modal Testing, 2nd ed., section 4.4 (residuals).
+    """
+    lines = band_lines(spectra, start, group, usable)
+    n_forces = count_forces(spectra.combined(np.eye(len(start.shapes)), lines).T)
+    if not n_forces or not _enough(lines, group):
+        return GroupFit(group)
+    band, values = reduce_band(spectra, start, group, lines, slope, few_forces=True)
+    wider = with_residuals(band.model)
+    model = under_few_forces(band.data, wider, n_forces)
+    return _fitted(spectra, replace(band, model=model), values, group, FIRST_PASS, lambda _: None)
 
 
 def _fitted(

@@ -1,10 +1,12 @@
 """Acceptance test of a refined mode: what became of it, and why."""
 
 from enum import StrEnum
+import math
 
 import numpy as np
 
 from oma_identifier.likelihood import (
+    BandFit,
     BandIndex,
     ForceSlope,
     GroupFit,
@@ -88,6 +90,27 @@ def improves(plain: GroupFit, known: GroupFit) -> bool:
         spreads.append(np.sqrt(before**2 - after**2))
     holds = not plain.coarse and plain.misfit <= REFINEMENT.adopted_misfit
     return not holds or bool(np.all(np.abs(steps) <= REFINEMENT.differing_std * np.array(spreads)))
+
+
+def differ(fit: BandFit, wider: BandFit, position: BandIndex) -> bool:
+    """Tell whether a fit with fewer assumptions contradicts one of a mode (Hausman's test)."""
+    first, second = fit.model, wider.model
+    pairs = (
+        (first.frequency_hz, fit.frequency_std, second.frequency_hz, wider.frequency_std),
+        (
+            first.damping_ratio,
+            fit.damping_ratio_std,
+            second.damping_ratio,
+            wider.damping_ratio_std,
+        ),
+    )
+    for value, std, other, other_std in pairs:
+        step = abs(np.log(other[position] / value[position]))
+        more = math.sqrt(max(other_std[position] ** 2 - std[position] ** 2, 0.0))
+        spread = max(more, REFINEMENT.least_spread * std[position])
+        if not step < REFINEMENT.bent_std * spread:
+            return True
+    return False
 
 
 def overlap(start: StartModes, first: ModeIndex, second: ModeIndex) -> bool:

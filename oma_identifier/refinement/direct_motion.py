@@ -52,6 +52,23 @@ def in_step(model: BandModel, position: BandIndex, added: Sequence[BandIndex]) -
     return bool(np.any(square > REFINEMENT.one_force * power[position] * power[others]))
 
 
+def shares_force(data: BandData, model: BandModel, position: BandIndex) -> bool:
+    """Tell whether one force may drive a mode and one beside its band that is seen there.
+
+    Then what modes nobody found do there is in step with the mode as well, and bends its bell to
+    one side; a model of as many forces as modes describes that, with another frequency.  What few
+    forces do has no room for it.
+    """
+    if model.root is not None:
+        return False
+    power = np.abs(np.diag(model.force))
+    each = np.abs(forced_gain(data, model)) ** 2 * power
+    seen = np.mean(each, axis=0) * (1.0 / model.noise @ np.abs(model.shapes) ** 2) > 1.0
+    seen[: model.n_free] = False
+    square = np.abs(model.force[position]) ** 2
+    return bool(np.any(square[seen] > REFINEMENT.one_force * power[position] * power[seen]))
+
+
 def _chance(score: NDArray[np.complex128], metric: NDArray[np.complex128]) -> float:
     try:
         rise = float(np.vdot(score, np.linalg.solve(metric, score)).real)

@@ -7,6 +7,7 @@ import logging
 from oma_identifier.likelihood import (
     BandIndex,
     fit_known,
+    fit_with_residuals,
     group_modes,
     GroupFit,
     ModeIndex,
@@ -14,14 +15,15 @@ from oma_identifier.likelihood import (
     StartModes,
     updated,
 )
-from oma_identifier.refinement.acceptance import accept, improves, Outcome, overlap, TAKEN
+from oma_identifier.refinement.acceptance import accept, differ, improves, Outcome, overlap, TAKEN
 from oma_identifier.refinement.band_fitter import middle
 from oma_identifier.refinement.completion import add_candidates, add_missing, demanded
-from oma_identifier.refinement.direct_motion import in_step
+from oma_identifier.refinement.direct_motion import in_step, shares_force
 from oma_identifier.refinement.label_switching import undo_label_switching
 from oma_identifier.refinement.mode_evidence import is_demanded, superfluous
 from oma_identifier.refinement.narrow_force import alone, narrow_forces
 from oma_identifier.refinement.refining import Refining
+from oma_identifier.refinement.thresholds import REFINEMENT
 
 PASSES = 2
 """The second pass has refined tails and shapes to project out."""
@@ -87,13 +89,14 @@ def decide(of: Refining) -> Refining:
     """Accept each mode that was refined, or say why not."""
     outcomes = dict(of.outcomes)
     for each in of.fits:
+        bent = _bent(of, each)
         for position, mode in each.members():
             if mode >= of.n_given:
                 continue
             split = any(overlap(of.now, mode, other) for other in of.added)
             if not of.idle.isdisjoint(each.group):
                 outcome = Outcome.NOT_TRIED
-            elif _in_step(of, each, position):
+            elif position in bent or _in_step(of, each, position):
                 outcome = Outcome.MODEL_MISFIT
             elif split and is_demanded(each, position):
                 outcome = Outcome.SPLIT
@@ -107,6 +110,25 @@ def decide(of: Refining) -> Refining:
                 each.misfit,
             )
     return replace(of, outcomes=outcomes)
+
+
+def _bent(of: Refining, each: GroupFit) -> list[BandIndex]:
+    """Return the modes of a fit that come out elsewhere once forces may do more than drive modes.
+
+    Few forces bend a bell by what modes that nobody found do beside it (Hausman 1978).
+    """
+    if not of.record.is_whole or each.fit is None or each.band is None:
+        return []
+    fit, data = each.fit, each.band.data
+    sharing = [p for p, _ in each.members() if shares_force(data, fit.model, p)]
+    if not sharing or not fit.converged or each.misfit > REFINEMENT.adopted_misfit:
+        return []
+    record = of.record
+    prior = fit.model.slope_prior
+    wider = fit_with_residuals(record.spectra, of.now, each.group, record.usable, prior)
+    if wider.fit is None or not wider.misfit < REFINEMENT.incomplete_misfit:
+        return []
+    return [p for p in sharing if differ(fit, wider.fit, p)]
 
 
 def _in_step(of: Refining, each: GroupFit, position: BandIndex) -> bool:

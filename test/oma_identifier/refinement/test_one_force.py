@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from modal_core.mode import Mode
-from oma_identifier.likelihood import accelerance, BandData, BandIndex, BandModel
+from oma_identifier.likelihood import accelerance, BandData, BandFit, BandIndex, BandModel
+from oma_identifier.refinement.acceptance import differ
 from oma_identifier.refinement.adopt import is_alike
-from oma_identifier.refinement.direct_motion import in_step, moves_with_force
+from oma_identifier.refinement.direct_motion import in_step, moves_with_force, shares_force
 from oma_identifier.refinement.told_apart import repeated
 
 
@@ -63,6 +64,61 @@ def test_one_force_of_a_mode_and_one_that_was_added_is_noticed(coherence, same):
     assert not in_step(model, BandIndex(1), added)
     assert not in_step(model, BandIndex(2), added), 'with itself'
     assert not in_step(model, BandIndex(0), [])
+
+
+@pytest.mark.parametrize(
+    ('coherence', 'tail', 'few', 'shared'),
+    [
+        (0.0, 3.0, False, False),
+        (0.7, 3.0, False, False),
+        (0.95, 3.0, False, True),
+        (0.95, 0.3, False, False),
+        (0.95, 3.0, True, False),
+    ],
+)
+def test_one_force_of_a_mode_and_one_that_is_seen_beside_its_band(coherence, tail, few, shared):
+    """A tail of 0.3 deviations of the noise is not seen; few forces describe that they are one."""
+    frequency = np.linspace(9.0, 11.0, 20)
+    data = BandData(frequency, np.zeros((20, 4, 4), dtype=complex), np.ones(20))
+    # Far above the tail's own frequency it moves as its force does.
+    power = np.array([2.0, tail**2])
+    force = np.diag(power).astype(complex)
+    force[0, 1] = force[1, 0] = np.sqrt(coherence * power.prod())
+    root = np.sqrt(power)[:, None] + 0j if few else None
+    model = BandModel(
+        np.array([10.0, 0.1]),
+        np.full(2, 0.01),
+        np.eye(4)[:, :2] + 0j,
+        force,
+        np.ones(4),
+        n_free=1,
+        reference_hz=10.0,
+        root=root,
+    )
+    assert shares_force(data, model, BandIndex(0)) is shared
+
+
+@pytest.mark.parametrize(('steps', 'contradicts'), [((0.0, 2.5), False), ((3.5, 0.0), True)])
+def test_a_fit_with_fewer_assumptions_contradicts_one_that_is_far_from_it(steps, contradicts):
+    """Steps of frequency and damping in deviations of the difference: √(5² - 3²) = 4."""
+    model = BandModel(
+        np.array([10.0]),
+        np.array([0.01]),
+        np.eye(2)[:, :1] + 0j,
+        np.eye(1) + 0j,
+        np.ones(2),
+        n_free=1,
+        reference_hz=10.0,
+    )
+    std = np.array([3e-3])
+    fit = BandFit(model, std, std, np.zeros((1, 2, 2)) + 0j, 0.1, True, 5, 1.0, 0.0)
+    f, zeta = np.exp(4e-3 * np.array(steps))
+    moved = replace(
+        model, frequency_hz=10.0 * np.array([f]), damping_ratio=0.01 * np.array([zeta])
+    )
+    std = np.array([5e-3])
+    wider = replace(fit, model=moved, frequency_std=std, damping_ratio_std=std)
+    assert differ(fit, wider, BandIndex(0)) is contradicts
 
 
 def mode(frequency_hz: float, ratio: float, shape: np.ndarray, mac_loss: float = np.nan) -> Mode:
