@@ -133,12 +133,13 @@ class SourceStream:
         if self.jumped:
             self.jumped.append(OrderedSamples(stamp_ns, values))
             return len(stamp_ns)
-        ahead = int(stamp_ns[0]) - self.newest_ns
-        if confirmed and (self.first_ns is None or ahead > TIME_AXIS.forward_ns):
+        ahead, begun = int(stamp_ns[0]) - self.newest_ns, self.first_ns is not None
+        goes_on = begun and not self._suspects and 0 < ahead <= TIME_AXIS.forward_ns
+        if confirmed and (not begun or ahead > TIME_AXIS.forward_ns):
             self._begin(stamp_ns, values)
         elif confirmed and ahead < -TIME_AXIS.reorder_ns:
             self.jumped = [OrderedSamples(stamp_ns, values)]
-        elif not self._suspects and 0 < ahead <= TIME_AXIS.forward_ns and _is_steady(stamp_ns):
+        elif goes_on and _is_steady(stamp_ns):
             self._accept(stamp_ns, values)
         else:
             return self._take_one_by_one(stamp_ns[:SINGLY_AT_FIRST], values[:SINGLY_AT_FIRST])

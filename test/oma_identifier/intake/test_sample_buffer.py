@@ -306,3 +306,16 @@ def test_sensors_that_go_on_at_half_their_rate_end_a_segment_once(since_s):
     assert starts == sorted(set(starts))
     assert buffer.counters.reasons['rate_change'] <= 2
     assert windows[-1].samples.sample_rate_hz == pytest.approx(64.0, rel=1e-3)
+
+
+@pytest.mark.parametrize('first_s', [0.0, 0.01, 0.5, 1.0, 2.0, 2.5])
+@pytest.mark.parametrize('size', [1, 250, 100_000])
+def test_times_of_a_file_may_begin_anywhere(first_s, size):
+    """They count from the trigger or the first sample, not from 1970."""
+    sent = samples(np.arange(9000) / 1000.0)
+    sent = replace(sent, stamp_ns=sent.stamp_ns - START + round(first_s * 1e9))
+    buffer, windows = run(pieces(sent, size))
+    assert len(windows) == 3
+    assert not buffer.counters.reasons
+    assert windows[0].samples.start_ns == round(first_s * 1e9)
+    np.testing.assert_allclose(windows[0].samples.acceleration, sent.acceleration[:4000])
