@@ -12,6 +12,9 @@ from oma_identifier.compare import check_references, merge_modes, shared_channel
 
 HIGHEST = 0.4
 """Share of the sample rate up to which modes are read out of samples of a lower rate."""
+OTHER_REFERENCE = (
+    'only without it are modes like those of the other set-ups; it is dead, or stands elsewhere'
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +37,25 @@ class SetUp:
     modes: ModeSet
     parts: tuple[Samples, ...] = ()
     remarks: tuple[str, ...] = ()
+
+    def without(self, name: str) -> 'SetUp':
+        """Return the set-up as if a channel had not been recorded; that is a remark of it."""
+        kept = [row for row, channel in enumerate(self.modes.channel_names) if channel != name]
+        modes = [
+            replace(
+                mode,
+                shape=mode.shape[kept],
+                shape_std=None if mode.shape_std is None else mode.shape_std[kept],
+            )
+            for mode in self.modes
+        ]
+        names = tuple(self.modes.channel_names[row] for row in kept)
+        said = f'{name} takes no part: {OTHER_REFERENCE}'
+        return replace(
+            self,
+            modes=replace(self.modes, modes=tuple(modes), channel_names=names),
+            remarks=(*self.remarks, said),
+        )
 
     def samples(self, highest_hz: float) -> Samples | None:
         """Return the longest stretch, channels as in the modes; None where it does not reach."""
@@ -72,14 +94,13 @@ def merge_set_ups(
     """
     if len(given) < 2:
         raise SettingsError('nothing to merge', found=len(given), expected='two set-ups or more')
+    names = tuple(each.name for each in given)
+    references, given = _in_order(given)
     modes = [each.modes for each in given]
-    references = shared_channels([each.channel_names for each in modes])
-    check_references(modes, [each.name for each in given], references)
     highest_hz = max((mode.frequency_hz for each in modes for mode in each), default=0.0)
     joined = merge_modes(modes, lambda number: given[number].samples(highest_hz))
     numbered = (replace(mode, id=index + 1) for index, mode in enumerate(joined.modes))
     merged = replace(joined.modes, modes=tuple(numbered))
-    names = tuple(each.name for each in given)
     known = {channel.name: channel for channel in layout.channels} if layout else {}
     set_ups = SetUps(
         names,
@@ -97,3 +118,15 @@ def merge_set_ups(
         set_ups=set_ups,
     )
     return identification, set_ups
+
+
+def _in_order(given: Sequence[SetUp]) -> tuple[tuple[str, ...], list[SetUp]]:
+    """Return the references and the set-ups, without references that are others there."""
+    given = list(given)
+    while True:
+        modes = [each.modes for each in given]
+        references = shared_channels([each.channel_names for each in modes])
+        odd = check_references(modes, [each.name for each in given], references)
+        if odd is None:
+            return references, given
+        given[odd[0]] = given[odd[0]].without(odd[1])

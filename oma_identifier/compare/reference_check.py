@@ -1,11 +1,12 @@
 """Whether references mean the same in all set-ups: sign, gain and which is which.
 
 A reference that is wired otherwise in one set-up makes two modes of one.  It is told from the
-set-up's modes alone: some that fit no other's would, several at once, by one change of one sensor.
+set-up's modes alone: some that fit no other's would, several at once, by one change of one sensor,
+or without it.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -25,7 +26,7 @@ SAME_GAIN = 0.3
 
 def check_references(
     setups: Sequence[ModeSet], names: Sequence[str], references: Sequence[str]
-) -> None:
+) -> tuple[int, str] | None:
     """Refuse set-ups one of which has a reference turned, exchanged or of another gain.
 
     Parameters
@@ -37,6 +38,13 @@ def check_references(
     references : sequence of str
         Channels they share.
 
+    Returns
+    -------
+    tuple of int and str, or None
+        Set-up and reference that is to be left out of it: without it modes fit the others that
+        no change of it makes fit.  It is dead, or stands elsewhere.  Of two set-ups nothing tells
+        which.
+
     Raises
     ------
     LayoutError
@@ -44,37 +52,61 @@ def check_references(
     """
     at_references = [_at(each, references) for each in setups]
     groups = same_modes(at_references, references)
-    found: list[tuple[int, int, int, list[str]]] = []
+    found: list[tuple[int, int, int, _Mended]] = []
     for k, at in enumerate(at_references):
         others = [_member(at_references, group, k) for group in groups if set(group) != {k}]
         rest = replace(at, modes=tuple(others))
         n_fit = _n_same(at, rest)
         if others and len(at) - n_fit >= COMPARISON.fewest_mended:
-            n_mended, words = _mended(at, rest)
-            found.append((n_mended - n_fit, n_fit, k, words))
-    more, n_fit, k, words = max(found, default=(0, 0, 0, []))
-    if more >= COMPARISON.fewest_mended:
-        raise LayoutError(
-            'a reference is another in this set-up',
-            where=names[k] if len(names) > 2 else ' and '.join(names),
-            found=f'{n_fit} of {len(setups[k])} modes are like those of the others, {n_fit + more}'
-            f' with {" or ".join(words)}',
-            expected='the same place, axis, sign and gain of a reference in all set-ups',
-            advice='mend it there, or leave it out of that set-up',
-        )
+            mended = _mended(at, rest)
+            found.append((mended.n_same - n_fit, n_fit, k, mended))
+    more, n_fit, k, mended = max(found, default=(0, 0, 0, _Mended()))
+    if more < COMPARISON.fewest_mended:
+        return None
+    if len(mended.left_out) == 1 and len(setups) > 2:
+        return k, mended.left_out[0]
+    left_out = f'{" or ".join(mended.left_out)} left out'
+    raise LayoutError(
+        'a reference is another in this set-up',
+        where=names[k] if len(names) > 2 else ' and '.join(names),
+        found=f'{n_fit} of {len(setups[k])} modes are like those of the others, {n_fit + more}'
+        f' with {left_out if mended.left_out else " or ".join(mended.changes)}',
+        expected='the same place, axis, sign and gain of a reference in all set-ups',
+        advice='mend it there, or leave it out of that set-up',
+    )
 
 
-def _mended(at: ModeSet, rest: ModeSet) -> tuple[int, list[str]]:
-    """Return how many modes fit by the best change of one reference, and which changes do so."""
-    most, best = 0, list[str]()
-    for words, change in _changes(at, rest):
-        modes = tuple(replace(mode, shape=change @ mode.shape) for mode in at.modes)
-        n_same = _n_same(replace(at, modes=modes), rest)
-        if n_same > most:
-            most, best = n_same, []
-        if n_same == most:
-            best.append(words)
-    return most, best
+@dataclass(frozen=True, slots=True, order=True)
+class _Mended:
+    """How many modes fit by the best change of a reference; the changes, or what to leave out."""
+
+    n_same: int = 0
+    changes: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+
+
+def _mended(at: ModeSet, rest: ModeSet) -> _Mended:
+    changes = [
+        (_n_same(_changed(at, change), rest), words) for words, change in _changes(at, rest)
+    ]
+    without = [
+        (_n_same(_without(at, name), _without(rest, name)), name)
+        for name in at.channel_names
+        if len(at.channel_names) > 1
+    ]
+    most = max(changes, default=(0, ''))[0]
+    # Fewer references tell modes less apart: one that is left out has to mend more.
+    if (better := max(without, default=(0, ''))[0]) >= most + COMPARISON.fewest_mended:
+        return _Mended(better, left_out=tuple(name for n, name in without if n == better))
+    return _Mended(most, tuple(words for n_same, words in changes if n_same == most))
+
+
+def _changed(modes: ModeSet, change: Change) -> ModeSet:
+    return replace(modes, modes=tuple(replace(m, shape=change @ m.shape) for m in modes))
+
+
+def _without(modes: ModeSet, name: str) -> ModeSet:
+    return _at(modes, [each for each in modes.channel_names if each != name])
 
 
 def _member(setups: Sequence[ModeSet], group: dict[int, int], besides: int) -> Mode:

@@ -60,6 +60,20 @@ def test_what_is_to_be_known_of_a_set_up_is_told(first):
     assert 'mast (signal clipped at the sensor range)' in told, f'seed {SEED + 4}'
 
 
+def test_a_reference_that_is_dead_in_one_set_up_takes_no_part_there(first):
+    """Its noise had stood in the shape, and the set-up's modes beside those of the others."""
+    values = moved(SEED + 5, ('ref', 'mast', 'a', 'c'))
+    values[:, 0] = 1e-3 * np.random.default_rng(SEED + 6).normal(size=len(values))
+    names = 'ref', 'mast', 'a', 'c'
+    dead = ama.identify(values, RATE_HZ, channel_names=names)
+    merged = ama.merge([first, identified(names, SEED + 7), dead])
+    assert merged.set_ups.references == ('mast', 'a'), f'seed {SEED}'
+    assert len(merged) == 2 and merged.channel_names == POINTS
+    assert (np.diag(mac(merged.shapes, SHAPES)) > 0.99).all(), f'seed {SEED}'
+    (told,) = (said for said in merged.identification.remarks if 'takes no part' in said)
+    assert told.startswith('array: ref takes no part')
+
+
 def test_a_mode_that_a_set_up_missed_is_read_out_of_the_samples_it_was_identified_from(first):
     narrow = identified(SECOND, SEED + 2, max_frequency_hz=6.0)
     assert len(narrow) == 1, f'seed {SEED}'
