@@ -58,7 +58,7 @@ def check_references(
         rest = replace(at, modes=tuple(others))
         n_fit = _n_same(at, rest)
         if others and len(at) - n_fit >= COMPARISON.fewest_mended:
-            mended = _mended(at, rest)
+            mended = _mended(at, rest, n_fit)
             found.append((mended.n_same - n_fit, n_fit, k, mended))
     more, n_fit, k, mended = max(found, default=(0, 0, 0, _Mended()))
     if more < COMPARISON.fewest_mended:
@@ -85,7 +85,7 @@ class _Mended:
     left_out: tuple[str, ...] = ()
 
 
-def _mended(at: ModeSet, rest: ModeSet) -> _Mended:
+def _mended(at: ModeSet, rest: ModeSet, n_fit: int) -> _Mended:
     changes = [
         (_n_same(_changed(at, change), rest), words) for words, change in _changes(at, rest)
     ]
@@ -95,6 +95,8 @@ def _mended(at: ModeSet, rest: ModeSet) -> _Mended:
         if len(at.channel_names) > 1
     ]
     most = max(changes, default=(0, ''))[0]
+    if most < n_fit + COMPARISON.fewest_mended:
+        most = n_fit
     # Fewer references tell modes less apart: one that is left out has to mend more.
     if (better := max(without, default=(0, ''))[0]) >= most + COMPARISON.fewest_mended:
         return _Mended(better, left_out=tuple(name for n, name in without if n == better))
