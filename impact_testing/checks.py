@@ -11,6 +11,7 @@ from impact_testing.modes import nearer_than_told, rings, TOLD_DECAY
 from impact_testing.responses import at_rest_before, PointData
 from impact_testing.result import frac, ScaledMode, TestedPoint
 from impact_testing.steady_lines import Cleared
+from impact_testing.thresholds import IMPACT
 from impact_testing.unexplained import unexplained_peaks
 from modal_core.mode import Mode
 from modal_core.words.named import named
@@ -108,6 +109,33 @@ def remarks_on(
         said.extend(_without_deviations(modes, length_s))
     if any(each.mode.frequency_std_hz > 0.5 * each.mode.frequency_hz for each in modes):
         said.append('some modes are not determined by these taps')
+    return tuple(said)
+
+
+def remarks_on_taps(
+    points: Sequence[TestedPoint], modes: Sequence[ScaledMode], scatter: NDArray[np.float64]
+) -> tuple[str, ...]:
+    """Return what is to be said of points whose taps hit several.
+
+    Parameters
+    ----------
+    points, modes : sequences
+    scatter : (n_points, n_modes) array
+        By how much modes differ from tap to tap beyond the noise, as shares.
+    """
+    said = []
+    for point, shares in zip(points, scatter, strict=True):
+        apart = np.flatnonzero(shares > IMPACT.one_point).tolist()
+        if not apart:
+            continue
+        at = named([f'{modes[mode].mode.frequency_hz:.4g}' for mode in apart], 3)
+        several = 2 * len(apart) > len(modes)
+        why = 'they hit several points or directions' if several else 'they hit near a node of it'
+        said.append(
+            f'taps of {point.name} differ by {100.0 * shares.max():.0f} % in modes at {at} Hz:'
+            f' {why}, so no mass is told there; '
+            + ('record each point by itself' if several else 'hit another point')
+        )
     return tuple(said)
 
 

@@ -14,6 +14,7 @@ from impact_testing.checks import (
     remarks_on_chain,
     remarks_on_lines,
     remarks_on_peaks,
+    remarks_on_taps,
 )
 from impact_testing.driving_sign import (
     all_against,
@@ -38,7 +39,7 @@ from impact_testing.measuring_chain import (
     without_chain,
     without_drift,
 )
-from impact_testing.modes import scaled_modes
+from impact_testing.modes import scaled_modes, taps_differ
 from impact_testing.record import ImpactRecord, together
 from impact_testing.responses import band_lines, PointData, PointFrf, PointSpectra
 from impact_testing.result import ImpactResult, TestedPoint
@@ -244,7 +245,8 @@ def _result(
 ) -> ImpactResult:
     chain, signs = passed
     reported = _reported(model, band_hz, length_s)
-    modes = scaled_modes(data, model, reported, length_s, chain)
+    scatter = taps_differ(data, model)
+    modes = scaled_modes(data, model, reported, length_s, chain, scatter)
     pole = np.concatenate([model.pole[reported], np.delete(model.pole, reported)])
     places = model.places
     points = tuple(
@@ -269,6 +271,7 @@ def _result(
         remarks=(
             *remarks_on_chain(chain),
             *remarks_on_signs(signs),
+            *remarks_on_taps(points, modes, scatter[1][:, reported]),
             *remarks_on(
                 points,
                 modes,

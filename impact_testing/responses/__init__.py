@@ -15,6 +15,7 @@ from impact_testing.responses.basis import (
 from impact_testing.responses.frf import PointFrf
 from impact_testing.responses.rest_before import at_rest_before
 from impact_testing.responses.spectra import PointSpectra, Pulse
+from impact_testing.responses.tap_scatter import of_the_mean, tap_scatter
 
 __all__ = [
     'PointData',
@@ -27,5 +28,7 @@ __all__ = [
     'bells',
     'derivatives',
     'functions',
+    'of_the_mean',
     'residual_terms',
+    'tap_scatter',
 ]

@@ -142,6 +142,12 @@ class PointSpectra:
         """Return the spectra of responses without a high-pass they passed."""
         return PointSpectra.of(self.record, self.taps, self.length_s, self.decay_1_s, corner_1_s)
 
+    def as_read(self) -> 'PointSpectra':
+        """Return the spectra with the forces as their sensor read them."""
+        return PointSpectra.of(
+            self.record, self.taps, self.length_s, self.decay_1_s, self.corner_1_s
+        )
+
     def with_force(self, pulses: Sequence[Pulse]) -> 'PointSpectra':
         """Return the same responses to other forces of the taps."""
         good = [pulse for pulse, each in zip(pulses, self.taps, strict=True) if each.good]
