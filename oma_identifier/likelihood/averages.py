@@ -25,8 +25,6 @@ def averages_from(
     values: Complex,
     centres_hz: Real,
     half_widths_hz: Real,
-    n_noise: int = 0,
-    noise: float = 1.0,
     durations_s: Sequence[float] = (0.0,),
 ) -> BandData:
     """Average the periodograms of a band, finely at its peaks and coarsely beside them.
@@ -39,8 +37,6 @@ def averages_from(
         Discrete Fourier transforms there.
     centres_hz, half_widths_hz : (n_modes,) array [Hz]
         Peaks and their half-power half-widths.
-    n_noise, noise : int, float
-        Number and mean square of values that hold noise alone.
     durations_s : sequence of float [s]
         Of the stretches that the lines are of; only looked at where there are several.
     """
@@ -50,7 +46,7 @@ def averages_from(
         spacing, widest = 1.0 / sum(durations_s), 1.0 / min(durations_s)
     gaps = np.append(np.flatnonzero(apart > 1.5 * widest) + 1, len(frequency_hz))
     first = _first_of_averages(frequency_hz, gaps, spacing, centres_hz, half_widths_hz)
-    return _averaged(frequency_hz, values, first, float(n_noise), noise)
+    return _averaged(frequency_hz, values, first)
 
 
 def averaged_again(data: BandData, values: Complex) -> BandData:
@@ -94,18 +90,16 @@ def divided(
         at + (np.arange(n) * length) // n
         for at, length, n in zip(first, count, parts, strict=True)
     ]
-    return _averaged(frequency_hz, values, np.concatenate(begin), data.n_noise, data.noise_power)
+    return _averaged(frequency_hz, values, np.concatenate(begin))
 
 
-def _averaged(
-    frequency_hz: Real, values: Complex, first: NDArray[np.intp], n_noise: float, noise: float
-) -> BandData:
+def _averaged(frequency_hz: Real, values: Complex, first: NDArray[np.intp]) -> BandData:
     count = np.diff(np.append(first, len(frequency_hz))).astype(float)
     mean_hz = np.add.reduceat(frequency_hz, first) / count
     away = frequency_hz - np.repeat(mean_hz, count.astype(np.intp))
     spread_hz = np.sqrt(np.add.reduceat(away**2, first) / count)
     periodogram = _summed_products(values, first) / count[:, None, None]
-    return BandData(mean_hz, periodogram, count, n_noise, noise, spread_hz)
+    return BandData(mean_hz, periodogram, count, spread_hz)
 
 
 def _summed_products(values: Complex, first: NDArray[np.intp]) -> Complex:

@@ -44,10 +44,6 @@ class BandData:
         F Fᴴ averaged over neighbouring frequencies.
     n_averaged : (n_lines,) array
         Number of frequencies in each average.
-    n_noise : float
-        Number of further complex values that hold noise alone.
-    noise_power : float
-        Their mean squared magnitude.
     spread_hz : (n_lines,) array [Hz]
         Standard deviation of the frequencies in each average.
     known : KnownInputs or None
@@ -57,8 +53,6 @@ class BandData:
     frequency_hz: Real
     periodogram: Complex
     n_averaged: Real
-    n_noise: float
-    noise_power: float
     spread_hz: Real = field(default_factory=lambda: np.zeros(1))
     known: KnownInputs | None = None
 
@@ -87,8 +81,6 @@ class BandModel:
         Noise power of each channel.
     n_free : int
         Number of modes whose pole and shape are estimated.
-    one_noise : bool
-        All channels have the same noise.
     reference_hz : float [Hz]
         Frequency at which ``force`` holds.
     slope : float
@@ -105,7 +97,6 @@ class BandModel:
     force: Complex
     noise: Real
     n_free: int
-    one_noise: bool
     reference_hz: float
     slope: float = 0.0
     slope_prior: 'SlopePrior' = field(default_factory=lambda: SlopePrior())

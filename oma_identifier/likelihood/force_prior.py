@@ -34,14 +34,13 @@ class Prior:
     @classmethod
     def of(cls, start: BandModel) -> 'Prior':
         """Return the prior that is centred on a model."""
-        n_noise = 1 if start.one_noise else len(start.noise)
-        rest = [start.slope_prior.std**-2, *[LIKELIHOOD.noise_log_std**-2] * n_noise]
+        rest = [start.slope_prior.std**-2, *[LIKELIHOOD.noise_log_std**-2] * len(start.noise)]
         if start.root is not None:
             # Centred on none: forces more than there are, and far tails, shall not wander.
             level = np.maximum(np.diag(start.force).real, LEAST_LEVEL * np.abs(start.force).max())
             own = np.repeat(1.0 / (LIKELIHOOD.root_variance * level), 2 * start.root.shape[1])
             weight = np.append(own, rest)
-            return cls(start.force, start.slope_prior.mean, start.noise[:n_noise], weight)
+            return cls(start.force, start.slope_prior.mean, start.noise, weight)
         # What a band made of the forces of far tails may be below zero: a scale must not be.
         level = np.abs(np.diag(start.force).real)
         level = np.maximum(level, LEAST_LEVEL * level.max())
@@ -51,13 +50,13 @@ class Prior:
         return cls(
             start.force,
             start.slope_prior.mean,
-            start.noise[:n_noise],
+            start.noise,
             np.concatenate([weight, weight[first != second], rest]),
         )
 
     def offset(self, model: BandModel) -> Real:
         """Return centre minus model, in the order of the last parameters."""
-        noise = np.log(self.noise / model.noise[: len(self.noise)])
+        noise = np.log(self.noise / model.noise)
         slope = [self.slope - model.slope]
         if model.root is not None:
             return np.concatenate(

@@ -39,6 +39,10 @@ class ReducedBand:
         Frequencies of the spectra that the band is made of.
     included : tuple of ModeIndex
         Modes of the model.
+    n_noise : int
+        Number of further complex values that hold noise alone.
+    noise_power : float
+        Their mean squared magnitude.
     motion : KnownMotion or None
         What known inputs do, where they take part; the data are then what is left beside it.
     """
@@ -50,6 +54,8 @@ class ReducedBand:
     blocked: Real
     lines: NDArray[np.intp]
     included: tuple[ModeIndex, ...]
+    n_noise: int
+    noise_power: float
     motion: KnownMotion | None = None
 
     @property
@@ -117,8 +123,6 @@ def reduce_band(
         reduced,
         start.frequency_hz[[*group, *within]],
         start.half_width_hz[[*group, *within]],
-        n_noise,
-        noise,
         spectra.durations_s,
     )
     inside = basis.T @ shapes[:, included]
@@ -130,10 +134,11 @@ def reduce_band(
         np.diag(force).astype(complex),
         np.full(kept, noise),
         len(group),
-        one_noise=False,
         reference_hz=float(np.exp(np.mean(np.log(start.frequency_hz[group])))),
         slope=slope.mean,
         slope_prior=slope,
     )
-    band = ReducedBand(data, model, scale, basis, parted.blocked, lines, tuple(included))
+    band = ReducedBand(
+        data, model, scale, basis, parted.blocked, lines, tuple(included), n_noise, noise
+    )
     return band, reduced

@@ -43,15 +43,13 @@ class Quadratic:
 def quadratic_at(data: BandData, model: BandModel, prior: Prior, at: Evaluation) -> Quadratic:
     """Return the Fisher information and the gradient, priors included."""
     evaluated = evaluated_at(data, model, at)
-    information = fisher_information(evaluated, model.one_noise)
+    information = fisher_information(evaluated)
     if at.mean is not None and data.known is not None:
         derivatives, modes = derivatives_of(model, at, evaluated)
         own = slice(0, len(modes))
         information[own, own] += at.mean.information(
             data, data.known, at.whitening, derivatives, modes
         )
-    if model.one_noise:
-        information[-1, -1] += data.n_noise
     weight = prior.weight
     last = np.arange(len(information) - len(weight), len(information))
     information[last, last] += weight

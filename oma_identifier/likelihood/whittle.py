@@ -73,9 +73,6 @@ def evaluate(data: BandData, model: BandModel, prior: Prior) -> Evaluation | Non
     white: Complex = whitening @ periodogram @ whitening.conj().transpose(0, 2, 1)
     logarithm = 2.0 * np.sum(np.log(pivots), axis=1)
     value = np.sum(data.n_averaged * (logarithm + np.einsum('kii->k', white).real))
-    if model.one_noise:
-        power = model.noise[0]
-        value += data.n_noise * (np.log(power) + data.noise_power / power)
     value += prior.value(model)
     value += shape_prior.penalty(model.shapes[:, : model.n_free])
     if not np.isfinite(value):
@@ -100,13 +97,11 @@ def downhill_gradient(
 ) -> Real:
     """Return the downhill gradient, priors included."""
     evaluated = evaluated or evaluated_at(data, model, at)
-    downhill = gradient(evaluated, model.one_noise)
+    downhill = gradient(evaluated)
     if at.mean is not None:
         derivatives = derivatives_of(model, at, evaluated)
         driven = at.mean.gradient(data, at.whitening, *derivatives)
         downhill[: len(driven)] += driven
-    if model.one_noise:
-        downhill[-1] += data.n_noise * (data.noise_power / model.noise[0] - 1.0)
     pull = prior.weight * prior.offset(model)
     downhill[-len(pull) :] += pull
     modes = downhill[: model.n_free * 2 * len(model.shapes)].reshape(model.n_free, -1)

@@ -65,13 +65,13 @@ def pairs(n_modes: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return np.triu_indices(n_modes)
 
 
-def gradient(at: Evaluated, one_noise: bool) -> Real:
+def gradient(at: Evaluated) -> Real:
     """Return Σ n tr(E⁻¹ (P - E) E⁻¹ ∂E) for every parameter.
 
     Parameters of each free mode: ln f, ln ζ, then the shape along each direction across it (real
     and imaginary parts in turn); then the force (diagonal and upper triangle row by row, real
     parts, then the imaginary parts off the diagonal) or its root (row by row, real and imaginary
-    parts in turn); then the slope; then ln s, one or one per channel.
+    parts in turn); then the slope; then ln s of each channel.
     """
     weighted = at.count[:, None, None] * at.residual
     n_modes, n_free = at.amplitude.shape[2], at.response.shape[2]
@@ -95,7 +95,7 @@ def gradient(at: Evaluated, one_noise: bool) -> Real:
             modes,
             _by_force(force) if at.root is None else _by_root(force @ at.root),
             [float(at.log_frequency @ trace)],
-            [noise.sum()] if one_noise else noise,
+            noise,
         ]
     )
 

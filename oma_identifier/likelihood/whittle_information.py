@@ -63,7 +63,7 @@ class _Products:
         return cls(*(np.ascontiguousarray(block) for block in blocks))
 
 
-def information(at: Evaluated, one_noise: bool) -> Real:
+def information(at: Evaluated) -> Real:
     """Return the Fisher information of the parameters of :func:`gradient`."""
     n_channels, n_modes = at.amplitude.shape[1:]
     products = _Products.of(at)
@@ -101,7 +101,8 @@ def information(at: Evaluated, one_noise: bool) -> Real:
         rows_force,
         _among(products.precision, at),
     ]
-    return _joined(top, np.concatenate(rest, axis=1), n_channels, one_noise)
+    below = np.concatenate(rest, axis=1)
+    return _symmetric(top, below[:, : len(top)].T, below[:, len(top) :])
 
 
 def _modes_with_modes(
@@ -253,16 +254,6 @@ def _slope_and_noise(
     slope[:, 2:] = (products.right_units * gain[:, None]) @ turning
     whole = np.concatenate([slope.ravel(), products.among[second, first] @ turning])
     return np.concatenate([(whole - every[:, :, 1].sum(axis=0))[None], every[:, :, 0]])
-
-
-def _joined(top: Real, rest: Real, n_channels: int, one_noise: bool) -> Real:
-    """Return the matrix of its part without slope and noise, and of the rows of these."""
-    if one_noise:
-        rest = np.stack([rest[0], rest[1:].sum(axis=0)])
-        rest = np.concatenate(
-            [rest[:, :-n_channels], rest[:, -n_channels:].sum(axis=1)[:, None]], axis=1
-        )
-    return _symmetric(top, rest[:, : len(top)].T, rest[:, len(top) :])
 
 
 def _symmetric(first: Real, mixed: Real, second: Real) -> Real:

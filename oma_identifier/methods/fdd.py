@@ -258,7 +258,6 @@ def _fit(
             np.array([[power * damping]], dtype=complex),
             np.array([1e-3 * power]),
             1,
-            one_noise=False,
             reference_hz=start_hz,
         )
         fit = fit_band(data, model)

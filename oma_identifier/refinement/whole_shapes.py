@@ -207,11 +207,11 @@ class _Beside:
 
 def _noise(band: ReducedBand, fit: BandFit, rest: Complex, moment: Complex) -> float:
     """Return the power of the noise of each scaled channel, from what no mode explains."""
-    if not band.data.n_noise:
+    if not band.n_noise:
         return float(fit.model.noise.mean())
     free = rest - band.blocked @ (band.blocked.T @ rest)
     explained = np.einsum('ca,ab,cb->', free, moment, free.conj()).real
-    return float(max(band.data.noise_power - explained / band.data.n_noise, 0.0))
+    return float(max(band.noise_power - explained / band.n_noise, 0.0))
 
 
 def _tail_data(band: ReducedBand, fit: BandFit, values: Complex, tail: Complex) -> TailData:

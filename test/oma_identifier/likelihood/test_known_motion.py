@@ -29,7 +29,6 @@ def drawn(seed, driven):
         np.eye(2, dtype=complex),
         np.full(N_CHANNELS, 3.0),
         2,
-        one_noise=False,
         reference_hz=10.0,
     )
     gain = accelerance(hz, model.frequency_hz, model.damping_ratio)
@@ -38,7 +37,7 @@ def drawn(seed, driven):
     values = (gain * force) @ shapes.T + driven * inputs.T @ normal(N_INPUTS, N_CHANNELS)
     values += np.sqrt(3.0) * normal(N_LINES, N_CHANNELS)
     products = values[:, :, None] * values[:, None, :].conj()
-    data = BandData(hz, products, np.ones(N_LINES), 0.0, 1.0, np.zeros(N_LINES))
+    data = BandData(hz, products, np.ones(N_LINES), np.zeros(N_LINES))
     return averages_with(data, values, inputs), model
 
 

@@ -115,7 +115,7 @@ def test_no_average_reaches_over_lines_that_are_left_out():
 def test_what_was_projected_out_of_a_shape_follows_its_modes_when_they_turn():
     """Two modes changed their shapes inside: each takes over what belongs to the other."""
     line = np.ones((1, 2, 2), dtype=complex)
-    data = BandData(np.ones(1), line, np.ones(1), 0.0, 1.0)
+    data = BandData(np.ones(1), line, np.ones(1))
     model = BandModel(
         np.ones(2),
         np.ones(2),
@@ -123,12 +123,11 @@ def test_what_was_projected_out_of_a_shape_follows_its_modes_when_they_turn():
         np.eye(2) + 0j,
         np.ones(2),
         2,
-        one_noise=False,
         reference_hz=1.0,
     )
     axes = np.eye(5)
     band = ReducedBand(
-        data, model, np.ones(5), axes[:, :2], axes[:, 2:4], np.arange(1), included=(0, 1)
+        data, model, np.ones(5), axes[:, :2], axes[:, 2:4], np.arange(1), (0, 1), 0, 1.0
     )
     old = np.array([[1.0, 0.0, 0.5, 0.0, 0.0], [0.05, 1.0, 0.0, -0.5, 0.0]]).T + 0j
     new = np.array([0.0, 1.0]) + 0j
@@ -153,7 +152,6 @@ def test_modes_keep_their_names_when_a_fit_changes_their_places():
         np.eye(3) + 0j,
         np.ones(3),
         3,
-        one_noise=False,
         reference_hz=10.0,
     )
     fit = BandFit(model, np.ones(3), np.ones(3), np.zeros((3, 3, 4)) + 0j, 1.0, True, 1, 1.0, 0.0)

@@ -75,7 +75,7 @@ def test_what_a_band_does_not_tell_is_not_certain() -> None:
     white = generator.standard_normal((count, 3, 2)) @ np.array([1.0, 1j])
     lines = np.linspace(9.0, 11.0, count)
     periodogram = np.einsum('kc,kd->kcd', white, white.conj())
-    data = BandData(lines, periodogram, np.ones(count), 0.0, 1.0)
+    data = BandData(lines, periodogram, np.ones(count))
     twins = BandModel(
         np.array([10.0, 10.001]),
         np.full(2, 0.02),
@@ -83,7 +83,6 @@ def test_what_a_band_does_not_tell_is_not_certain() -> None:
         np.eye(2, dtype=complex),
         np.ones(3),
         n_free=2,
-        one_noise=False,
         reference_hz=10.0,
     )
     found = fit_band(data, twins, max_steps=0)

@@ -106,7 +106,6 @@ def test_what_the_ends_of_a_record_do_is_taken_out():
         force_spectrum,
         np.full(4, 0.1),
         2,
-        one_noise=False,
         reference_hz=12.0,
     )
     wanted = before.combined(np.eye(4), lines).T

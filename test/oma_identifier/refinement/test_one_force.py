@@ -27,7 +27,7 @@ def test_motion_in_step_with_the_force_is_noticed(direct, noticed):
         draw = draw[0] + 1j * draw[1]
         motion = (gain[:, None] * shape + moved)[:, None] * draw[:, :, :1] + 0.3 * draw[:, :, 1:]
         periodogram = np.einsum('kac,kad->kcd', motion, motion.conj()) / 8.0
-        data = BandData(frequency, periodogram, np.full(n, 8.0), 0.0, 1.0)
+        data = BandData(frequency, periodogram, np.full(n, 8.0))
         noise = 0.09 + np.abs(moved) ** 2
         model = BandModel(
             np.array([10.0]),
@@ -36,7 +36,6 @@ def test_motion_in_step_with_the_force_is_noticed(direct, noticed):
             np.eye(1) + 0j,
             noise,
             n_free=1,
-            one_noise=False,
             reference_hz=10.0,
         )
         found += moves_with_force(data, model, BandIndex(0))
@@ -56,7 +55,6 @@ def test_one_force_of_a_mode_and_one_that_was_added_is_noticed(coherence, same):
         force,
         np.ones(4),
         n_free=3,
-        one_noise=False,
         reference_hz=10.0,
     )
     added = [BandIndex(2)]

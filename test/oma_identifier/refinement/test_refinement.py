@@ -320,7 +320,7 @@ def test_fit_recovers_the_model_that_made_an_exact_spectrum():
     gain = 1.0 / (1.0 - beta**2 - 2j * damping * beta)
     amplitude = shapes * gain[:, None, :]
     exact = amplitude @ force @ amplitude.conj().transpose(0, 2, 1) + 0.01 * np.eye(4)
-    data = BandData(frequency, exact, np.full(121, 2000.0), 0.0, 1.0)
+    data = BandData(frequency, exact, np.full(121, 2000.0))
     start = BandModel(
         natural * (1.01, 0.995),
         damping * (1.4, 0.7),
@@ -328,7 +328,6 @@ def test_fit_recovers_the_model_that_made_an_exact_spectrum():
         2.0 * np.eye(2).astype(complex),
         np.full(4, 0.05),
         2,
-        one_noise=True,
         reference_hz=9.5,
     )
     fit = fit_band(data, start, max_steps=60)
