@@ -124,7 +124,6 @@ STAGES_OFF = (
     Stage('lines removed, identified again', SELECTION, {'refine_found.without_lines': _first}),
     Stage('peaks asked for', SELECTION, {'selection.selection._peaks': _yes}),
     Stage('peaks of loud moments', SELECTION, {'identify.without_moments': _first}),
-    Stage('orders that wander', SELECTION, {'selection.selection._wanders': _no}),
     Stage('sense beside others', SELECTION, {'selection.selection.beside_others': _first}),
     Stage('many orders speak', SELECTION, {'selection.selection._widest': lambda *_: 0.0}),
     Stage('edge of excited band', SELECTION, {'selection.selection.is_edge': _no}),

@@ -79,7 +79,7 @@ def _agreeing(poles: NDArray[np.complex128], series: NDArray[np.complex128]) -> 
     anchor = len(poles) - 1
     for member in np.argsort(variance):
         above = surprise[member, member + 1 :]
-        if len(above) == 0 or median(above) <= SELECTION.biased:
+        if len(above) == 0 or _median(above) <= SELECTION.biased:
             anchor = int(member)
             break
     near = surprise[anchor] <= 2.0 * SELECTION.biased
@@ -93,7 +93,7 @@ def mean_shape(shapes: NDArray[np.complex128]) -> NDArray[np.complex128]:
     return np.asarray(left[:, 0] * values[0])
 
 
-def median(values: NDArray[np.float64]) -> float:
+def _median(values: NDArray[np.float64]) -> float:
     """Return the median; numpy's own takes several times as long for so few values."""
     ordered = np.sort(values)
     middle = len(ordered) // 2

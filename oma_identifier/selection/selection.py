@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from modal_core.poles import PoleStatus
 from oma_identifier.covariance import COVARIANCE
 from oma_identifier.likelihood import least_blur
-from oma_identifier.selection.average import average, median, Trials, trials_of
+from oma_identifier.selection.average import average, Trials, trials_of
 from oma_identifier.selection.cluster import Cluster, cluster_poles
 from oma_identifier.selection.distinct import beside_others, without_repeats
 from oma_identifier.selection.identified_band import IdentifiedBand
@@ -86,13 +86,14 @@ def select_in_band(
     candidates = np.flatnonzero(status == PoleStatus.KEPT)
     status[candidates] = PoleStatus.CLUSTER_OUTLIER
     # What costs least comes first: most clusters never need a gradient.
+    least = band.least_members
+    small = _Refusal(PoleStatus.SMALL_CLUSTER, f'at fewer than {least} model orders')
     likely = []
     for cluster in cluster_poles(poles, candidates):
-        refusal = _unlikely(band, cluster)
-        if refusal is None:
+        if len(cluster) >= least:
             likely.append(cluster)
         else:
-            status[cluster.members] = _turned_down(band, cluster, refusal)
+            status[cluster.members] = _turned_down(band, cluster, small)
     selected = []
     judged = list(zip(likely, trials_of(band, likely), strict=True))
     for cluster, trials in judged:
@@ -124,37 +125,6 @@ def _turned_down(band: IdentifiedBand, cluster: Cluster, refusal: _Refusal) -> P
         band.n_orders,
     )
     return refusal.status
-
-
-def _unlikely(band: IdentifiedBand, cluster: Cluster) -> _Refusal | None:
-    if len(cluster) < band.least_members:
-        return _Refusal(
-            PoleStatus.SMALL_CLUSTER, f'at fewer than {band.least_members} model orders'
-        )
-    step, largest = _steps(band.poles.pole[cluster.members], band.duration_s)
-    if _wanders(step, largest):
-        return _Refusal(
-            PoleStatus.UNCERTAIN,
-            f'model orders disagree by {step:.2g} half-widths, more than {largest:.2g}',
-        )
-    return None
-
-
-def _wanders(step: float, largest: float) -> bool:
-    """Tell whether successive orders disagree by more than they may."""
-    return step > largest
-
-
-def _steps(members: NDArray[np.complex128], duration_s: float) -> tuple[float, float]:
-    """Return by how much successive orders disagree, and may [half-widths].
-
-    The smaller one of all of them and of the lower half.
-    """
-    steps = np.abs(np.diff(members))
-    step = min(median(steps), median(steps[: (len(steps) + 1) // 2]))
-    width = median(-members.real)
-    least = least_blur(width * duration_s / (2.0 * math.pi))
-    return step / width, max(SELECTION.largest_step, least)
 
 
 def _judge(

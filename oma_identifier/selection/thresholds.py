@@ -25,9 +25,6 @@ class SelectionThresholds:
     # Poles of all orders form clusters.
     cluster_cut: float = 1.0
     """Poles one half-power half-width apart, or with orthogonal shapes, are different modes."""
-    largest_step: float = 0.5
-    """Largest median distance of members of successive orders, of all or of the lower half;
-    u₀ where that is larger."""
 
     # The data determine the pole.
     widest: float = 0.5
