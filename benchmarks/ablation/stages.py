@@ -127,7 +127,6 @@ STAGES_OFF = (
     Stage('sense beside others', SELECTION, {'selection.selection.beside_others': _first}),
     Stage('many orders speak', SELECTION, {'selection.selection._widest': lambda *_: 0.0}),
     Stage('edge of excited band', SELECTION, {'selection.selection.is_edge': _no}),
-    Stage('edge of the filter', SELECTION, {'selection.selection._cut_off': _no}),
     Stage('take turns at orders', SELECTION, {'selection.distinct.is_same_mode': _alike}),
     Stage(
         'best members averaged',

@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.poles import PoleStatus
-from oma_identifier.covariance import COVARIANCE
 from oma_identifier.likelihood import least_blur
 from oma_identifier.selection.average import average, Trials, trials_of
 from oma_identifier.selection.cluster import Cluster, cluster_poles
@@ -151,8 +150,6 @@ def _undetermined(pole: SelectedPole, peaks: SpectralPeaks | None) -> str:
         return f'its mean scatters by {pole.blur:.2g} half-widths'
     if pole.from_limit > SELECTION.farthest:
         return f'scatters by {pole.from_limit:.2g} times the least possible'
-    if _cut_off(pole):
-        return 'its flank lies where filters against aliasing fall'
     if peaks is not None and is_edge(peaks, pole.frequency_hz, pole.damping_ratio):
         return f'the edge of an excited band, damped by {pole.damping_ratio:.2g} of critical'
     return ''
@@ -180,16 +177,4 @@ def is_edge(peaks: SpectralPeaks, frequency_hz: float, damping_ratio: float) -> 
     width_hz = damping_ratio * frequency_hz
     return peaks.is_by_end(frequency_hz, width_hz) or (
         damping_ratio > SELECTION.broad and peaks.is_edge(frequency_hz, width_hz)
-    )
-
-
-def _cut_off(pole: SelectedPole) -> bool:
-    """Tell whether the upper flank of a peak lies where anti-aliasing filters fall.
-
-    The edge of such a filter under noise looks like a broad resonance.
-    """
-    rate = pole.band.band.sample_rate_hz
-    flank = pole.frequency_hz * (1.0 + 2.0 * pole.damping_ratio)
-    return (
-        pole.frequency_hz > COVARIANCE.upper * rate and flank > COVARIANCE.upper_undecimated * rate
     )
