@@ -109,8 +109,11 @@ class Shared:
         def run(of: Any) -> Any:
             values = of.record.spectra.values
             record = (float(np.abs(values[:, ::37]).sum()), of.record.usable.tobytes())
-            modes = tuple((m.frequency_hz, m.damping_ratio) for m in of.record.modes)
-            return self._once((namespace, so_far, record, modes), stage, of)
+            modes, candidates = (
+                tuple((mode.frequency_hz, mode.damping_ratio) for mode in given)
+                for given in (of.record.modes, of.record.candidates)
+            )
+            return self._once((namespace, so_far, record, modes, candidates), stage, of)
 
         return run
 
