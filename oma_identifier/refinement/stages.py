@@ -117,7 +117,7 @@ def _bent(of: Refining, each: GroupFit) -> list[BandIndex]:
 
     Few forces bend a bell by what modes that nobody found do beside it (Hausman 1978).
     """
-    if not of.record.is_whole or each.fit is None or each.band is None:
+    if each.fit is None or each.band is None:
         return []
     fit, data = each.fit, each.band.data
     sharing = [p for p, _ in each.members() if shares_force(data, fit.model, p)]
