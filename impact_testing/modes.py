@@ -15,7 +15,6 @@ from modal_core.mode import Mode
 from modal_core.numbers.indicators import mpc, mpd
 
 Real = NDArray[np.float64]
-TINY = 1e-12
 TOLD_DECAY, TOLD_MISFIT = 1.0, 1.5
 """Decay from tap to tap from where on deviations hold; and the misfit up to which they do where
 other modes decay less.  Of 158 modes of random structures (0.05 to 0.3 %, pauses of 2 to 6 s) with
@@ -103,8 +102,9 @@ def _with_taps(found: ScaledMode, model: ModalModel, struck: Real, *, apart: boo
     differ as those on several points do tell no mass.
     """
     places, mode, mass = model.places, found.mode, found.modal_mass_kg
-    at, driving = np.zeros(places.n), np.maximum(struck[_driving(model)], TINY)
-    own = float(1.0 / np.linalg.norm(1.0 / driving)) if len(driving) else 0.0
+    at, driving = np.zeros(places.n), struck[_driving(model)]
+    # Taps that agree to the last bit leave no doubt: a mean with one of them has none.
+    own = float(np.sum(driving**-2.0) ** -0.5) if len(driving) and driving.all() else 0.0
     for point, place in enumerate(places.into):
         if place >= places.n_channels:
             at[place] = np.hypot(struck[point], own)

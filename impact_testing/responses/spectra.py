@@ -9,14 +9,14 @@ force F with a (F(ω) + u) / (jω - p), where
 is known once the pole is.  So no window is needed, and none biases the damping.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, rfft, rfftfreq
 
-from impact_testing.record import ImpactRecord
+from impact_testing.record import ImpactRecord, Run
 from impact_testing.taps import begin_of, FILTER_SAMPLES, ForceLevel, JudgedTap, Tap
 from modal_core.units import TIMES_DERIVED
 
@@ -103,11 +103,8 @@ class PointSpectra:
         corner_1_s: float = 0.0,
     ) -> 'PointSpectra':
         """Transform the segments of the good taps."""
-        level = {run: ForceLevel.of(record.force_n[run.first : run.end]) for run in record.runs}
-        rest_n = [level[record.run_of(each.tap.first)].rest_n for each in taps]
-        pulses = tuple(
-            pulse_of(record, each.tap, rest) for each, rest in zip(taps, rest_n, strict=True)
-        )
+        level = _levels(record)
+        pulses = _pulses_as_read(record, taps, level)
         rate_hz, window = record.rate_hz, _window(decay_1_s, length_s, record.rate_hz)
         n_rows = len(window)
         frequency = rfftfreq(n_rows, 1.0 / rate_hz)[1:]
@@ -144,9 +141,7 @@ class PointSpectra:
 
     def as_read(self) -> 'PointSpectra':
         """Return the spectra with the forces as their sensor read them."""
-        return PointSpectra.of(
-            self.record, self.taps, self.length_s, self.decay_1_s, self.corner_1_s
-        )
+        return self.with_force(_pulses_as_read(self.record, self.taps, _levels(self.record)))
 
     def with_force(self, pulses: Sequence[Pulse]) -> 'PointSpectra':
         """Return the same responses to other forces of the taps."""
@@ -214,6 +209,18 @@ class PointSpectra:
         bell = 1.0 / (s - windowed.conj())
         conjugates = ends.conj(), bell, amplitude.conj()
         return np.asarray(upper + np.einsum('kp,lp,pc->klc', *conjugates, optimize=True))
+
+
+def _levels(record: ImpactRecord) -> dict[Run, ForceLevel]:
+    """Return what the force channel reads without taps, run by run."""
+    return {run: ForceLevel.of(record.force_n[run.first : run.end]) for run in record.runs}
+
+
+def _pulses_as_read(
+    record: ImpactRecord, taps: Sequence[JudgedTap], level: Mapping[Run, ForceLevel]
+) -> tuple[Pulse, ...]:
+    rest_n = [level[record.run_of(each.tap.first)].rest_n for each in taps]
+    return tuple(pulse_of(record, each.tap, rest) for each, rest in zip(taps, rest_n, strict=True))
 
 
 def pulse_of(record: ImpactRecord, tap: Tap, rest_n: float) -> Pulse:

@@ -6,6 +6,7 @@ lines does not tell it: it is one number for all of them, and for all channels.
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 from scipy.stats import t as student
 
 from impact_testing.responses.band_data import PointData
@@ -13,8 +14,6 @@ from impact_testing.responses.basis import apart
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
-TWO_SIGMA = 0.97725
-"""Normal probability below two standard deviations."""
 
 
 def tap_scatter(data: PointData, pole: Complex, amplitude: Complex) -> tuple[Real, Real]:
@@ -67,7 +66,7 @@ def tap_scatter(data: PointData, pole: Complex, amplitude: Complex) -> tuple[Rea
 def of_the_mean(data: PointData, scatter: Real) -> Real:
     """Return the deviation of the mean of the taps, whose two hold what two of a normal one do."""
     n_alike = _alike(data)
-    few = float(student.ppf(TWO_SIGMA, n_alike - 1.0)) / 2.0
+    few = float(student.ppf(ndtr(2.0), n_alike - 1.0)) / 2.0
     return np.asarray(few * scatter / np.sqrt(n_alike))
 
 

@@ -123,8 +123,10 @@ def fit_with_residuals(
     Ewins (2000), Modal Testing, 2nd ed., section 4.4 (residuals).
     """
     lines = band_lines(spectra, start, group, usable)
-    n_forces = count_forces(spectra.combined(np.eye(len(start.shapes)), lines).T)
-    if not n_forces or not _enough(lines, group):
+    if not _enough(lines, group):
+        return GroupFit(group)
+    n_forces = _n_seen(spectra, lines)
+    if not n_forces:
         return GroupFit(group)
     band, values = reduce_band(spectra, start, group, lines, slope, few_forces=True)
     wider = with_residuals(band.model)
@@ -173,10 +175,9 @@ def n_driving_forces(
     usable : (n_frequencies,) bool array
         Which lines to use.
     """
-    each = np.eye(len(start.shapes))
     bands = [(group, band_lines(spectra, start, group, usable)) for group in groups]
     bands = [(group, lines) for group, lines in bands if _enough(lines, group)]
-    counts = [count_forces(spectra.combined(each, lines).T) for _, lines in bands]
+    counts = [_n_seen(spectra, lines) for _, lines in bands]
     told = [count for count in counts if count]
     n_forces = int(np.ceil(np.median(told))) + LIKELIHOOD.more_forces if told else 0
     # Of more than half as many the force is described as well by its own entries.
@@ -187,6 +188,11 @@ def n_driving_forces(
         band, _ = reduce_band(spectra, start, group, lines, SlopePrior(), few_forces=True)
         found.append(are_few(band.data, band.model, n_forces))
     return n_forces if np.mean(found) > LIKELIHOOD.coherent_bands else 0
+
+
+def _n_seen(spectra: Spectra, lines: NDArray[np.intp]) -> int:
+    """Return how many forces some lines of all channels show; 0 where too few tell."""
+    return count_forces(spectra.combined(np.eye(len(spectra.values)), lines).T)
 
 
 def _enough(lines: NDArray[np.intp], group: list[ModeIndex]) -> bool:

@@ -1,9 +1,9 @@
 """Acceptance test of a refined mode: what became of it, and why."""
 
 from enum import StrEnum
-import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oma_identifier.likelihood import (
     BandFit,
@@ -16,6 +16,8 @@ from oma_identifier.likelihood import (
 )
 from oma_identifier.refinement.direct_motion import moves_with_force
 from oma_identifier.refinement.thresholds import REFINEMENT
+
+Real = NDArray[np.float64]
 
 
 class Outcome(StrEnum):
@@ -76,41 +78,28 @@ def improves(plain: GroupFit, known: GroupFit) -> bool:
         return False
     if not known.misfit <= REFINEMENT.adopted_misfit:
         return False
-    steps, spreads, first, second = [], [], plain.fit, known.fit
-    for name in ('frequency', 'damping_ratio'):
-        before, after = getattr(first, f'{name}_std'), getattr(second, f'{name}_std')
-        own = slice(0, first.model.n_free)
-        values = [
-            getattr(fit.model, name + '_hz' * (name == 'frequency'))[own]
-            for fit in (first, second)
-        ]
-        if not np.all(after <= before):
-            return False
-        steps.append(np.log(values[1] / values[0]))
-        spreads.append(np.sqrt(before**2 - after**2))
+    (before, wide), (after, narrow) = _poles(plain.fit), _poles(known.fit)
+    if not np.all(narrow <= wide):
+        return False
     holds = not plain.coarse and plain.misfit <= REFINEMENT.adopted_misfit
-    return not holds or bool(np.all(np.abs(steps) <= REFINEMENT.differing_std * np.array(spreads)))
+    spread = np.sqrt(wide**2 - narrow**2)
+    return not holds or bool(np.all(np.abs(after - before) <= REFINEMENT.differing_std * spread))
 
 
 def differ(fit: BandFit, wider: BandFit, position: BandIndex) -> bool:
     """Tell whether a fit with fewer assumptions contradicts one of a mode (Hausman's test)."""
-    first, second = fit.model, wider.model
-    pairs = (
-        (first.frequency_hz, fit.frequency_std, second.frequency_hz, wider.frequency_std),
-        (
-            first.damping_ratio,
-            fit.damping_ratio_std,
-            second.damping_ratio,
-            wider.damping_ratio_std,
-        ),
-    )
-    for value, std, other, other_std in pairs:
-        step = abs(np.log(other[position] / value[position]))
-        more = math.sqrt(max(other_std[position] ** 2 - std[position] ** 2, 0.0))
-        spread = max(more, REFINEMENT.least_spread * std[position])
-        if not step < REFINEMENT.bent_std * spread:
-            return True
-    return False
+    (value, narrow), (other, wide) = _poles(fit), _poles(wider)
+    more = np.sqrt(np.maximum(wide**2 - narrow**2, 0.0))
+    spread = np.maximum(more, REFINEMENT.least_spread * narrow)
+    agree = np.abs(other - value) < REFINEMENT.bent_std * spread
+    return not agree[:, position].all()
+
+
+def _poles(fit: BandFit) -> tuple[Real, Real]:
+    """Return ln f and ln ζ of the free modes with their deviations, (2, n_free) each."""
+    model, own = fit.model, slice(0, fit.model.n_free)
+    values = np.log([model.frequency_hz[own], model.damping_ratio[own]])
+    return np.asarray(values), np.array([fit.frequency_std, fit.damping_ratio_std])
 
 
 def overlap(start: StartModes, first: ModeIndex, second: ModeIndex) -> bool:

@@ -42,21 +42,27 @@ def test_motion_in_step_with_the_force_is_noticed(direct, noticed):
     assert found == noticed
 
 
+def modes_of(frequency_hz: list[float], force: np.ndarray, n_free: int) -> BandModel:
+    """Return modes damped by 1 %, each in a channel of its own, in four with unit noise."""
+    n = len(frequency_hz)
+    return BandModel(
+        np.array(frequency_hz),
+        np.full(n, 0.01),
+        np.eye(4)[:, :n] + 0j,
+        force,
+        np.ones(4),
+        n_free=n_free,
+        reference_hz=10.0,
+    )
+
+
 @pytest.mark.parametrize(('coherence', 'same'), [(0.0, False), (0.7, False), (0.95, True)])
 def test_one_force_of_a_mode_and_one_that_was_added_is_noticed(coherence, same):
     power = np.array([2.0, 0.5, 3.0])
     force = np.diag(power).astype(complex)
     cross = np.sqrt(coherence * power[0] * power[2]) * np.exp(0.6j)
     force[0, 2], force[2, 0] = cross, cross.conj()
-    model = BandModel(
-        np.array([10.0, 11.0, 14.0]),
-        np.full(3, 0.01),
-        np.eye(4)[:, :3] + 0j,
-        force,
-        np.ones(4),
-        n_free=3,
-        reference_hz=10.0,
-    )
+    model = modes_of([10.0, 11.0, 14.0], force, n_free=3)
     added = [BandIndex(2)]
     assert in_step(model, BandIndex(0), added) is same
     assert not in_step(model, BandIndex(1), added)
@@ -83,33 +89,16 @@ def test_one_force_of_a_mode_and_one_that_is_seen_beside_its_band(coherence, tai
     force = np.diag(power).astype(complex)
     force[0, 1] = force[1, 0] = np.sqrt(coherence * power.prod())
     root = np.sqrt(power)[:, None] + 0j if few else None
-    model = BandModel(
-        np.array([10.0, 0.1]),
-        np.full(2, 0.01),
-        np.eye(4)[:, :2] + 0j,
-        force,
-        np.ones(4),
-        n_free=1,
-        reference_hz=10.0,
-        root=root,
-    )
+    model = replace(modes_of([10.0, 0.1], force, n_free=1), root=root)
     assert shares_force(data, model, BandIndex(0)) is shared
 
 
 @pytest.mark.parametrize(('steps', 'contradicts'), [((0.0, 2.5), False), ((3.5, 0.0), True)])
 def test_a_fit_with_fewer_assumptions_contradicts_one_that_is_far_from_it(steps, contradicts):
     """Steps of frequency and damping in deviations of the difference: √(5² - 3²) = 4."""
-    model = BandModel(
-        np.array([10.0]),
-        np.array([0.01]),
-        np.eye(2)[:, :1] + 0j,
-        np.eye(1) + 0j,
-        np.ones(2),
-        n_free=1,
-        reference_hz=10.0,
-    )
+    model = modes_of([10.0], np.eye(1) + 0j, n_free=1)
     std = np.array([3e-3])
-    fit = BandFit(model, std, std, np.zeros((1, 2, 2)) + 0j, 0.1, True, 5, 1.0, 0.0)
+    fit = BandFit(model, std, std, np.zeros((1, 4, 6)) + 0j, 0.1, True, 5, 1.0, 0.0)
     f, zeta = np.exp(4e-3 * np.array(steps))
     moved = replace(
         model, frequency_hz=10.0 * np.array([f]), damping_ratio=0.01 * np.array([zeta])
