@@ -24,7 +24,13 @@ from modal_recordings.tables.heading import Heading, heading_of
 from modal_recordings.tables.joint_headings import is_of_joints
 from modal_recordings.tables.joint_rows import JointRows, joints_apart
 from modal_recordings.tables.row_period import row_period_s
-from modal_recordings.tables.time_text import is_time_text, seconds_of
+from modal_recordings.tables.time_text import (
+    date_order,
+    DateOrder,
+    has_date,
+    is_time_text,
+    seconds_of,
+)
 
 __all__ = [
     'FIELDS',
@@ -34,6 +40,7 @@ __all__ = [
     'ArrayColumns',
     'ArrayOptions',
     'ArrayTable',
+    'DateOrder',
     'Heading',
     'JointRows',
     'array_clock',
@@ -42,6 +49,8 @@ __all__ = [
     'array_table',
     'checked_names',
     'checked_rate',
+    'date_order',
+    'has_date',
     'heading_of',
     'is_of_joints',
     'is_time_text',

@@ -12,7 +12,7 @@ from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_recordings.tables.array_columns import ArrayColumns
 from modal_recordings.tables.array_options import ArrayOptions, HIGHEST_RATE_HZ, LOWEST_RATE_HZ
 from modal_recordings.tables.array_table import ArrayTable
-from modal_recordings.tables.row_period import MADE_UP_ROWS, row_period_s
+from modal_recordings.tables.row_period import MADE_UP_ROWS, row_period_s, shared_period_s
 from modal_recordings.tables.time_columns import combined, past_midnight, which_time
 
 RATE_TOLERANCE = 1e-3
@@ -24,6 +24,11 @@ recorded, whole milliseconds or rows are; above 1 MHz it is days."""
 LEAST_EVEN = 0.5
 """Share of steps within half a step of the usual one; below, rows were not taken evenly."""
 
+EVEN_ROWS = 2.5
+"""Rows by which those that share a time may be more or fewer in all: a clock that rounds makes
+one, a rate that is no whole number of rows another."""
+LONGEST_SHARED_S = 0.25
+"""Gaps that are filled at most; rows lost within a longer time could not be placed."""
 COARSE_TICK = 1.5
 """Steps of the stated rate between different times from where on several rows share a time."""
 
@@ -91,6 +96,9 @@ def array_clock(
         _check_rate(path, stated_hz, measured_hz, len(time_s))
         if _is_uniform(time_s, stated_hz):
             return ArrayClock(stated_hz, None, options.start_ns, notes)
+    elif _is_counted(path, time_s, measured_hz):
+        time_s = _counted_from(time_s, measured_hz)
+        notes += (f'several rows share each time: taken as evenly spaced, {measured_hz:.6g} Hz',)
     stamps = _nanoseconds(path, time_s) + options.start_ns
     return ArrayClock(stated_hz or measured_hz, stamps, int(stamps[0]), notes)
 
@@ -171,6 +179,8 @@ def _measured_hz(path: Path, time_s: NDArray[np.float64], advice: str) -> float:
                 expected='a constant rate',
             )
         mean_s = row_period_s(time_s)
+    else:
+        mean_s = shared_period_s(time_s)[0] or mean_s
     rate_hz = 1.0 / mean_s
     if not math.isfinite(rate_hz) or not LOWEST_RATE_HZ <= rate_hz <= HIGHEST_RATE_HZ:
         raise RecordingError(
@@ -218,6 +228,37 @@ def _is_uniform(time_s: NDArray[np.float64], rate_hz: float) -> bool:
     grid = time_s[0] + np.arange(len(time_s)) / rate_hz
     reach_s = tick_s if is_coarse else 0.5 / rate_hz
     return bool(np.abs(time_s - grid).max() <= reach_s)
+
+
+def _is_counted(path: Path, time_s: NDArray[np.float64], rate_hz: float) -> bool:
+    """Tell whether rows that share times follow one another evenly: none was lost.
+
+    Raises
+    ------
+    RecordingError
+        They do not, and share times for so long that what was lost cannot be told.
+    """
+    steps = np.diff(time_s)
+    if float(np.median(steps)) > 0.0:
+        return False
+    if shared_period_s(time_s)[1] * rate_hz <= EVEN_ROWS:
+        return True
+    tick_s = float(np.median(steps[steps > 0.0]))
+    if tick_s > LONGEST_SHARED_S:
+        raise RecordingError(
+            'rows share times, and not evenly many do',
+            where=path,
+            found=f'times {tick_s:.4g} s apart, {rate_hz * tick_s:.4g} rows each on average',
+            expected='times of every row, or as many rows to each',
+            advice='where no row is lost, state the sample rate and leave the times out',
+        )
+    return False
+
+
+def _counted_from(time_s: NDArray[np.float64], rate_hz: float) -> NDArray[np.float64]:
+    """Return times of evenly spaced rows; the first that has a new time has it."""
+    first = int(np.argmax(time_s > time_s[0]))
+    return np.asarray(time_s[first] + (np.arange(len(time_s)) - first) / rate_hz)
 
 
 def _nanoseconds(path: Path, time_s: NDArray[np.float64]) -> NDArray[np.int64]:

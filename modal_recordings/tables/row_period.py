@@ -44,3 +44,32 @@ def row_period_s(time_s: Array) -> float:
         squares += float(place @ place)
         products += float(place @ part[there])
     return products / squares if squares > 0.0 else usual_s
+
+
+def shared_period_s(time_s: Array) -> tuple[float, float]:
+    """Return the mean period of rows that share times, and by how much they leave it [s].
+
+    The first and the last time may be those of a part of their rows: what lies between two
+    changes is counted, gaps left out.
+
+    Parameters
+    ----------
+    time_s : (n,) array [s]
+        Time of each row; where it falls back, it begins anew.
+
+    Returns
+    -------
+    float [s]
+        Period; 0 where there is no whole time to count.
+    float [s]
+        How far the changes spread about the times of evenly spaced rows; inf with gaps.
+    """
+    changes = np.flatnonzero(np.diff(time_s)) + 1
+    rows, ticks_s = np.diff(changes), np.diff(time_s[changes])
+    whole = ticks_s > 0.0
+    if not whole.any():
+        return 0.0, 0.0
+    whole &= ticks_s <= GAP_STEPS * np.median(ticks_s[whole])
+    period_s = float(ticks_s[whole].sum() / rows[whole].sum())
+    spread_s = float(np.ptp(time_s[changes] - period_s * changes)) if whole.all() else np.inf
+    return period_s, spread_s

@@ -8,9 +8,15 @@ from modal_core.errors import RecordingError
 from modal_core.words.printable import printable
 
 NUMBER = re.compile(r'[-+]?(?:\d+[.]?\d*|[.]\d+)(?:[eE][-+]?\d+)?', re.ASCII)
-NO_VALUE = frozenset(('', 'na', 'n/a', '#n/a', 'null', 'none', '-', '--'))
-MISSING = NO_VALUE | frozenset(('nan', 'inf', '+inf', '-inf'))
-COMMENTS = ('#', '%', '//')
+NO_VALUE = re.compile(
+    r'|n/?a|<na>|null|none|[-+*]+|[-+]?(?:nan(?:\((?:snan|ind)\))?|inf(?:inity)?)'
+    r'|[-+]?1[.]#(?:ind|inf|qnan|snan)0*|#(?:n/?a(?: n/a)?|value!|div/0!|num!|ref!|name[?]|null!)'
+    r'|[-+]?(?:ol|ovld|ovrng|over(?:load|range|flow)?)',
+    re.IGNORECASE,
+)
+"""What stands where there is no number: blanks and dashes, what pandas reads as such (na_values),
+what C libraries print (1.#IND, -nan(ind)), errors of spreadsheets, overloads of instruments."""
+COMMENT = re.compile(r'\s*(?:#(?!(?:n/?a|value!|div/0!|num!|ref!|name[?]|null!)\W)|%|//)', re.I)
 
 
 def split(line: str, separator: str | None, n_least: int = 1) -> list[str]:
@@ -25,12 +31,17 @@ def split(line: str, separator: str | None, n_least: int = 1) -> list[str]:
 
 def is_comment(line: str) -> bool:
     """Tell whether a line is a remark."""
-    return line.lstrip().startswith(COMMENTS)
+    return COMMENT.match(line) is not None
+
+
+def is_no_value(cell: str) -> bool:
+    """Tell whether a cell says that there is no number."""
+    return NO_VALUE.fullmatch(cell) is not None
 
 
 def is_value(cell: str, decimal: str) -> bool:
     """Tell whether a cell is a number, or says that there is none."""
-    if cell.lower() in MISSING:
+    if is_no_value(cell):
         return True
     return NUMBER.fullmatch(cell.replace(decimal, '.')) is not None and (
         decimal == '.' or '.' not in cell

@@ -1,6 +1,6 @@
 """How a text file writes its table: encoding, separator, decimal mark, headings, first row."""
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,15 +8,16 @@ import re
 
 from modal_core.errors import RecordingError
 from modal_core.words.printable import printable
-from modal_recordings.tables import is_time_text
+from modal_recordings.tables import date_order, DateOrder, has_date, is_time_text
 from modal_recordings.text.stated_rate import stated_rate_hz
-from modal_recordings.text.text_cells import is_comment, is_value, MISSING, NO_VALUE, split
+from modal_recordings.text.text_cells import is_comment, is_no_value, is_value, split
 from modal_recordings.text.text_encoding import encoding_of
 from modal_recordings.text.text_headings import headings_above, Line, may_name, misfit
 
 HEAD_LINES = 500
 LONGEST_LINE = 1_000_000
 FEW_LINES = 20
+NO_DATE = 'date not used, only the time of day: which number is the day and which the month?'
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +42,10 @@ class TextLayout:
         Columns of dates or times of day.
     sample_rate_hz : float [Hz] or None
         Stated above the table.
-    sparse : tuple of int
-        Columns that are blank in most rows: slow channels beside fast ones.
+    orders : tuple of (3,) tuple of int or None
+        Of year, month and day in those columns; None where the dates do not tell.
+    notes : tuple of str
+        What of it is not used.
     """
 
     encoding: str
@@ -54,11 +57,12 @@ class TextLayout:
     units: tuple[str, ...] = ()
     dated: tuple[int, ...] = ()
     sample_rate_hz: float | None = None
-    sparse: tuple[int, ...] = ()
+    orders: tuple[DateOrder | None, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def cells(self, line: str) -> list[str]:
         """Return the cells of a line; a separator at its end begins no cell but a blank one."""
-        return split(line, self.separator, self.n_columns if self.sparse else 1)
+        return split(line, self.separator, self.n_columns)
 
     def is_number(self, cell: str) -> bool:
         """Tell whether a cell is a number or says that there is none."""
@@ -87,22 +91,40 @@ def text_layout(path: Path) -> TextLayout:
     decimal = _decimal(path, [split(line, separator) for line in body], separator)
     n_columns = _n_named(plain, separator, decimal) or n_columns
     sparse = _sparse([split(line, separator, n_columns) for line in body], n_columns)
-    n_least = n_columns if sparse else 1
     above = []
     for number, line in rows:
         comment = is_comment(line)
         cells = split(line.lstrip('#%/ \t') if comment else line, separator)
-        filled = split(line, separator, n_least)
-        if not comment and len(filled) == n_columns and _is_row(filled, decimal):
-            break
+        filled = split(line, separator, n_columns)
+        n_blank = sum(column not in sparse for column in range(len(cells), n_columns))
+        if not comment and len(filled) == n_columns and 2 * n_blank < n_columns:
+            if _is_row(filled, decimal):
+                break
         above.append(Line(number + 1, cells, comment))
     else:
         raise _no_row(path, above, n_columns, decimal)
     dated = tuple(index for index, cell in enumerate(filled) if is_time_text(cell))
     headings, units = headings_above(path, above, n_columns, decimal)
     rate_hz = stated_rate_hz(path, [line for n, line in rows if n < number])
+    orders = _orders(path, encoding, separator, filled, dated)
+    unclear = (filled[n] for n, order in zip(dated, orders, strict=True) if order is None)
+    notes = tuple(f'{NO_DATE} ({cell})' for cell in unclear if has_date(cell))
     layout = (encoding, separator, decimal, number, n_columns)
-    return TextLayout(*layout, headings, units, dated, rate_hz, sparse)
+    return TextLayout(*layout, headings, units, dated, rate_hz, orders, notes)
+
+
+def _orders(
+    path: Path, encoding: str, separator: str | None, first: Sequence[str], dated: Sequence[int]
+) -> tuple[DateOrder | None, ...]:
+    """Return the order of year, month and day in columns of dates, from both ends of the file."""
+    orders = tuple(date_order([first[column]]) for column in dated)
+    if all(order or not has_date(first[n]) for order, n in zip(orders, dated, strict=True)):
+        return orders
+    with path.open(encoding=encoding, newline=None) as file:
+        last = deque(iter(lambda: file.readline(LONGEST_LINE), ''), FEW_LINES)
+    rows = [first, *(split(line, separator, len(first)) for line in last)]
+    rows = [cells for cells in rows if len(cells) == len(first)]
+    return tuple(date_order([cells[n] for cells in rows if is_time_text(cells[n])]) for n in dated)
 
 
 def _n_named(plain: Sequence[str], separator: str | None, decimal: str) -> int:
@@ -121,9 +143,7 @@ def _n_named(plain: Sequence[str], separator: str | None, decimal: str) -> int:
 def _sparse(rows: Sequence[Sequence[str]], n_columns: int) -> tuple[int, ...]:
     """Return the columns that are blank in most rows."""
     whole = [cells for cells in rows if len(cells) == n_columns]
-    blank = [
-        sum(cells[column].lower() in NO_VALUE for cells in whole) for column in range(n_columns)
-    ]
+    blank = [sum(is_no_value(cells[column]) for cells in whole) for column in range(n_columns)]
     return tuple(column for column, n in enumerate(blank) if n > len(whole) / 2)
 
 
@@ -198,7 +218,7 @@ def _is_row(cells: Sequence[str], decimal: str) -> bool:
     numbers = [is_value(cell, decimal) for cell in cells]
     return all(
         number or is_time_text(cell) for number, cell in zip(numbers, cells, strict=True)
-    ) and any(cell.lower() not in MISSING for cell in cells)
+    ) and not all(is_no_value(cell) for cell in cells)
 
 
 def _no_row(path: Path, above: Sequence[Line], n_columns: int, decimal: str) -> RecordingError:

@@ -1,7 +1,7 @@
 """Reads tables of numbers from text files of data loggers and spreadsheets."""
 
 from collections.abc import Callable, Iterator
-import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from modal_core.errors import RecordingError
 from modal_recordings.disk import check_size, spooled
 from modal_recordings.tables import ArrayTable, is_time_text, MOST_COLUMNS, seconds_of
-from modal_recordings.text.text_cells import is_comment, NO_VALUE, not_a_number, split
+from modal_recordings.text.text_cells import is_comment, is_no_value, not_a_number, split
 from modal_recordings.text.text_layout import LONGEST_LINE, text_layout, TextLayout
 
 LARGEST_BYTES = 4_000_000_000
@@ -37,7 +37,7 @@ def read_text_table(path: Path) -> ArrayTable:
                 found=layout.n_columns,
                 expected=f'<= {MOST_COLUMNS}',
             )
-        notes: list[str] = []
+        notes = list(layout.notes)
         pieces = _pieces(path, layout, notes)
         values = (
             np.concatenate(list(pieces))
@@ -104,6 +104,17 @@ def _numbers(path: Path, lines: list[str], layout: TextLayout, first: int) -> ND
         return np.empty((0, layout.n_columns))
     if layout.decimal == ',' and layout.separator != ',':
         rows = [row.replace(',', '.') for row in rows]
+    values = _loaded(rows, layout)
+    if values is None:
+        # Seldom: cells without a number are looked for where there are some.
+        values = _loaded([_without_words(row, layout) for row in rows], layout)
+    if values is None:
+        raise _complaint(path, lines, layout, first)
+    return values
+
+
+def _loaded(rows: list[str], layout: TextLayout) -> NDArray[np.float64] | None:
+    """Return the numbers of rows; None where one of them is none."""
     try:
         values: NDArray[np.float64] = np.loadtxt(
             rows,
@@ -115,18 +126,24 @@ def _numbers(path: Path, lines: list[str], layout: TextLayout, first: int) -> ND
             converters=_converters(layout),
             encoding=None,
         )
-    except (ValueError, IndexError) as error:
-        raise _complaint(path, lines, layout, first) from error
-    if values.shape[1] != layout.n_columns:
-        raise _complaint(path, lines, layout, first)
-    return values
+    except (ValueError, IndexError):
+        return None
+    return values if values.shape[1] == layout.n_columns else None
+
+
+def _without_words(row: str, layout: TextLayout) -> str:
+    """Return a row with NaN for cells that say that there is no number."""
+    mark = layout.separator
+    cells = row.split(mark)
+    cells = ['nan' if is_no_value(cell.strip(' \t"')) else cell for cell in cells]
+    return (mark or ' ').join(cells)
 
 
 def _row(line: str, layout: TextLayout) -> str:
     """Return a line without separators at its end, but those before cells that may be blank."""
     mark = layout.separator or ''
     row = line.rstrip(f'{mark} \t\r\n')
-    if not (row and layout.sparse):
+    if not row or not mark:
         return row
     there = min(line.count(mark), layout.n_columns - 1)
     return row + mark * (there - row.count(mark))
@@ -136,15 +153,9 @@ def _converters(layout: TextLayout) -> dict[int | str, Callable[[str], float]] |
     made: dict[int | str, Callable[[str], float]] = {}
     if layout.decimal == ',' and layout.separator == ',':
         made = dict.fromkeys(range(layout.n_columns), lambda cell: float(cell.replace(',', '.')))
-    made.update(dict.fromkeys(layout.sparse, _number_or_none))
-    made.update(dict.fromkeys(layout.dated, seconds_of))
+    for column, order in zip(layout.dated, layout.orders, strict=True):
+        made[column] = partial(seconds_of, order=order)
     return made or None
-
-
-def _number_or_none(cell: str) -> float:
-    """Return NaN for what says that there is no value."""
-    cell = cell.strip()
-    return math.nan if cell.lower() in NO_VALUE else float(cell.replace(',', '.'))
 
 
 def _complaint(path: Path, lines: list[str], layout: TextLayout, first: int) -> RecordingError:
@@ -173,14 +184,9 @@ def _fault(where: str, cells: list[str], layout: TextLayout) -> RecordingError |
             if not is_time_text(cell):
                 return not_a_time(f'{where}, column {column + 1}')
             try:
-                seconds_of(cell)
+                seconds_of(cell, layout.orders[layout.dated.index(column)])
             except ValueError as error:
                 return not_a_time(f'{where}, column {column + 1}', str(error))
-        elif column in layout.sparse and cell.lower() in NO_VALUE:
-            continue
-        elif cell.lower() in NO_VALUE:
-            return RecordingError('no value', where=f'{where}, column {column + 1}',
-                                  expected='a number in every cell')  # fmt: skip
         elif not layout.is_number(cell):
             return not_a_number(where, cells, layout.decimal)
     return None

@@ -124,9 +124,7 @@ ASKED = {
     'the same without names': (table(None, ',', ','), 'decimal comma'),
     'rows longer than the names': (table(seconds(), above='a,b\n'), '2 names, 3 columns'),
     'one row longer': (table(None) + '1,2,3\n', 'line 301: row too long'),
-    'a blank last cell': (table(None) + '1,\n1,2\n', 'line 301, column 2: no value'),
     'one row shorter': (table(None) + '1\n1,2\n', 'line 301: row too short'),
-    'an empty cell': (table(None) + '1,\n,2\n1,2\n', 'line 301'),
     'a word': (table(None) + '1,n.a.\n1,2\n', 'line 301, column 2: not a number'),
     'thousands': (table(None) + '"1,234.5",2\n' * 300, 'thousands'),
     'thousands or decimals': (table(None, ';') + '1,234;2\n' * 301, 'decimal'),
@@ -149,8 +147,6 @@ ASKED = {
     'two times': (table([f'{t},{t}' for t in seconds()], above='time,elapsed,a,b\n'), 'which'),
     'backward times': (table(seconds()[::-1], above='time,a,b\n'), 'does not run forward'),
     'uneven times': (table(UNEVEN, above='time [s],a,b\n'), 'not evenly spaced'),
-    'day or month, times': (
-        table([f'03/04/2024 {c}' for c in clock_times()], above='time,a,b\n'), 'either'),
     'two rates': (table(None, above='# sample rate: 250 Hz\n# fs = 500 Hz\na,b\n'), 'two sample'),
     'twice the name': (table(None, above='a,a\n'), 'named twice'),
     'a name that never ends': (table(None, above='a' * 300 + ',b\n'), 'bad name'),
