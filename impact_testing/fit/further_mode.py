@@ -22,6 +22,8 @@ SHARP, BROAD = (0.003,), (0.01, 0.03, 0.1)
 """A bell between two of these overlaps with the nearer by more than nine tenths."""
 ACCURACY = 1e-3
 """Of accelerometers, force sensors and their filters none is known better (0.1 %)."""
+AT_ONCE = 1 << 20
+"""Values of bells worked out together: memory of this size is used again, not asked for anew."""
 STEP = 1.4
 """Between trial frequencies, in half-widths of their bells."""
 
@@ -61,8 +63,11 @@ def _strongest(
         left, _, directions = remainder(each, model.pole, model.amplitude(number))
         if doubts:
             left = doubts[number].without_likely(left)
-        size[:, number], found = _scores(each, left, directions, trial)
-        table[:, model.places.out[number], number] = found
+        at_once = max(1, AT_ONCE // len(left))
+        for first in range(0, len(trial), at_once):
+            some = slice(first, first + at_once)
+            size[some, number], found = _scores(each, left, directions, trial[some])
+            table[some, model.places.out[number], number] = found
     table /= np.sqrt(size)[:, None]
     products = np.einsum('tpi,tpj->tij', table.conj(), table, optimize=True)
     gain = np.linalg.eigvalsh(products)[:, -1] - inaccuracy(data, trial, bool(doubts))

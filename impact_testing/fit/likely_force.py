@@ -63,10 +63,16 @@ def with_likely_force(
     answer = read.force[:, data.lines, None] * answers.direct
     answer = answer + read.free_motion(pole, amplitude, data.lines)
     left = iter((read.motion[:, data.lines] - answer) * weight)
+    sizes = [
+        len(pulse.force_n) for pulse, tap in zip(read.pulses, read.taps, strict=True) if tap.good
+    ]
+    # What a newton in one sample adds is the same for all taps.
+    columns = answers.columns(max(sizes), weight)
+    both = apart(columns.reshape(-1, columns.shape[2]))
+    gram = both.T @ both
     found = [
-        _likely(pulse, answers.columns(pulse, weight), next(left), noise_n)
-        for pulse, tap in zip(read.pulses, read.taps, strict=True)
-        if tap.good
+        _likely(gram[:size, :size], both[:, :size].T @ apart(next(left).reshape(-1)), noise_n)
+        for size in sizes
     ]
     corrections = iter([each for each, _ in found])
     pulses = [
@@ -82,12 +88,10 @@ def with_likely_force(
     )
 
 
-def _likely(pulse: Pulse, columns: Complex, left: Complex, noise_n: float) -> tuple[Real, float]:
+def _likely(gram: Real, seen: Real, noise_n: float) -> tuple[Real, float]:
     """Return the mean of the posterior of what one tap's force is more, and how much it fits."""
-    both, seen = apart(columns.reshape(-1, columns.shape[2])), apart(left.reshape(-1))
-    gram = both.T @ both
     inverse = np.linalg.inv(gram + np.eye(len(gram)) / noise_n**2)
-    return inverse @ (both.T @ seen), float(np.sum(inverse * gram))
+    return inverse @ seen, float(np.sum(inverse * gram))
 
 
 def _in_common(changes: Sequence[Real], size: Real) -> Real:
@@ -115,7 +119,7 @@ def force_doubts(data: PointData, pole: Complex, amplitude: Complex) -> Doubts:
     noise_n = spectra.force_noise_n
     if noise_n == 0.0:
         return Doubts.none(data)
-    size, longest = _sizes(data), max(spectra.pulses, key=lambda pulse: len(pulse.force_n))
+    size, longest = _sizes(data), max(len(pulse.force_n) for pulse in spectra.pulses)
     # The mean of the taps, as if all were of one form.
     mean = size @ spectra.force[:, data.lines] / float(size @ size)
     weight = 1.0 / np.sqrt(data.course[:, None] * data.level) / mean[:, None]
@@ -147,35 +151,36 @@ class _Answers:
     data : PointData
     pole : (n_poles,) complex array [rad/s]
         Without the decay of an exponential window.
-    upper, lower : (n_lines, n_poles, n_channels) complex array
-        Bells of the poles and of their conjugates, times their amplitudes.
+    bells : (n_lines, n_channels, 2 n_poles) complex array
+        Of the poles, then of their conjugates, times their amplitudes.
     direct : (n_lines, n_channels) complex array
         FRFs.
     """
 
     data: PointData
     pole: Complex
-    upper: Complex
-    lower: Complex
+    bells: Complex
     direct: Complex
 
     @classmethod
     def of(cls, data: PointData, pole: Complex, amplitude: Complex) -> '_Answers':
         windowed = pole - data.frf.spectra.decay_1_s
+        windowed = np.concatenate([windowed, windowed.conj()])
         s = 2j * np.pi * data.frequency_hz[:, None]
-        upper = (1.0 / (s - windowed))[:, :, None] * amplitude
-        lower = (1.0 / (s - windowed.conj()))[:, :, None] * amplitude.conj()
-        direct = upper.sum(axis=1) + lower.sum(axis=1) + residual(data, pole, amplitude)
-        return cls(data, pole, upper, lower, direct)
+        both = np.concatenate([amplitude, amplitude.conj()])
+        bells = (1.0 / (s - windowed))[:, None, :] * both.T
+        return cls(data, pole, bells, bells.sum(axis=2) + residual(data, pole, amplitude))
 
-    def columns(self, pulse: Pulse, weight: NDArray[np.inexact]) -> Complex:
+    def columns(self, n_samples: int, weight: NDArray[np.inexact]) -> Complex:
         """Return what a newton in each sample of a pulse adds, (n_lines, n_channels, n) array."""
         spectra = self.data.frf.spectra
         rate_hz, windowed = spectra.record.rate_hz, self.pole - spectra.decay_1_s
-        time_s = np.arange(len(pulse.force_n)) / rate_hz
+        time_s = np.arange(n_samples) / rate_hz
         turn = np.exp(-(2j * np.pi * self.data.frequency_hz[:, None] + spectra.decay_1_s) * time_s)
         left = -np.exp((windowed * spectra.length_s)[:, None] - self.pole[:, None] * time_s)
-        found = self.direct[:, :, None] * turn[:, None, :]
-        found = found + np.einsum('lpc,pt->lct', self.upper, left, optimize=True)
-        found = found + np.einsum('lpc,pt->lct', self.lower, left.conj(), optimize=True)
-        return np.asarray(found * weight[:, :, None] / rate_hz)
+        weight = (weight / rate_hz)[:, :, None]
+        bells = (self.bells * weight).reshape(-1, self.bells.shape[2])
+        found = bells @ np.concatenate([left, left.conj()])
+        found = found.reshape(*self.direct.shape, n_samples)
+        found += (self.direct[:, :, None] * weight) * turn[:, None, :]
+        return np.asarray(found)
