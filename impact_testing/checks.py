@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from impact_testing.fit import FreePoint, Places
 from impact_testing.measuring_chain import MeasuringChain
 from impact_testing.modes import nearer_than_told, rings, TOLD_DECAY
+from impact_testing.record import ImpactRecord
 from impact_testing.responses import at_rest_before, PointData
 from impact_testing.result import frac, ScaledMode, TestedPoint
 from impact_testing.steady_lines import Cleared
@@ -158,6 +159,20 @@ def remarks_on_peaks(data: Sequence[PointData], pole: Complex) -> tuple[str, ...
             ' explained by the modes: a mode is missing there, or wrong; longer pauses between'
             ' taps tell'
         )
+    return tuple(said)
+
+
+def remarks_on_units(records: Sequence[ImpactRecord]) -> tuple[str, ...]:
+    """Return what is to be said of units that nobody stated."""
+    taken = {'the force': 'newtons', 'the responses': 'm/s²'}
+    said = []
+    for whose, unit in taken.items():
+        names = [each.name for each in records if whose in each.without_unit]
+        if names:
+            said.append(
+                f'no unit of {whose} is stated ({named(names, 3)}): taken as {unit}; masses are as'
+                ' wrong as that is, so they have no σ: name the unit of each column'
+            )
     return tuple(said)
 
 

@@ -15,6 +15,7 @@ from impact_testing.checks import (
     remarks_on_lines,
     remarks_on_peaks,
     remarks_on_taps,
+    remarks_on_units,
 )
 from impact_testing.driving_sign import (
     all_against,
@@ -39,7 +40,7 @@ from impact_testing.measuring_chain import (
     without_chain,
     without_drift,
 )
-from impact_testing.modes import scaled_modes, taps_differ
+from impact_testing.modes import scaled_modes, taps_differ, without_scale
 from impact_testing.record import ImpactRecord, together
 from impact_testing.responses import band_lines, PointData, PointFrf, PointSpectra
 from impact_testing.result import ImpactResult, TestedPoint
@@ -153,7 +154,9 @@ def impact_modes(
             found=str(error),
             advice='check that force and responses belong together, or narrow the band',
         ) from error
-    told = (*remarks_on_lines(without), *remark_on_drift(drift_n))
+    told = (*remarks_on_units(records), *remarks_on_lines(without), *remark_on_drift(drift_n))
+    if any(each.without_unit for each in records):
+        found = replace(found, scaled_modes=without_scale(found.scaled_modes))
     return replace(found, remarks=(*told, *found.remarks))
 
 

@@ -173,6 +173,11 @@ def _with_force(data: Sequence[PointData], found: ScaledMode, doubt: float) -> S
     return replace(found, modal_mass_std_kg=float(np.hypot(std, found.modal_mass_kg * doubt)))
 
 
+def without_scale(modes: Sequence[ScaledMode]) -> tuple[ScaledMode, ...]:
+    """Return modes whose masses have no deviation: nobody knows the unit they are in."""
+    return tuple(replace(each, modal_mass_std_kg=float('nan')) for each in modes)
+
+
 def _honest(found: ScaledMode, untold: bool) -> ScaledMode:
     """Return a mode without the deviations that do not hold."""
     if not untold:

@@ -69,7 +69,7 @@ def read_impact(
     point = _hit(found.name, recording.channel_names) if hit is None else hit
     name, ends = Path(path).stem, (*found.begins[1:], len(rows))
     runs = tuple(Run(name, *rows_of) for rows_of in zip(found.begins, ends, strict=True))
-    return ImpactRecord(found.force_n, samples, point, name, runs)
+    return ImpactRecord(found.force_n, samples, point, name, runs, found.without_unit)
 
 
 def _check_whole(path: str | Path, values: NDArray[np.float64], names: Sequence[str]) -> None:

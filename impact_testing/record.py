@@ -50,6 +50,8 @@ class ImpactRecord:
         Of the recording, for people.
     of_runs : tuple of Run
         Each recorded without a break, in order; empty: all rows are one.
+    without_unit : tuple of str
+        Whose unit was assumed, force or responses: masses have no scale then.
     """
 
     force_n: NDArray[np.float64]
@@ -57,6 +59,7 @@ class ImpactRecord:
     hit: str = ''
     name: str = 'recording'
     of_runs: tuple[Run, ...] = ()
+    without_unit: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what cannot be a recording of taps.

@@ -84,6 +84,8 @@ class ArrayRecording:
         What of the file takes no part, and how its times were read.
     notes : tuple of str
         The same, behind what was assumed of units.
+    units_told : bool
+        Whether somebody stated the units.
     """
 
     def __init__(
@@ -104,7 +106,7 @@ class ArrayRecording:
         columns = array_columns(path, table, options)
         clock = array_clock(path, table, columns, options)
         self._values, self._columns, self._scale = table.values, columns.channels, columns.scale
-        self.units = columns.units
+        self.units, self.units_told = columns.units, columns.units_told
         self.channel_names = names or columns.names
         left_out = (*notes, *table.notes, *columns.notes, *clock.notes)
         n_lost = _n_lost(table.values, columns)

@@ -52,12 +52,15 @@ class ForceRecording:
         Of the force's column, without its unit.
     begins : tuple of int
         Rows where the times begin anew: runs of a trigger, or lost samples before them.
+    without_unit : tuple of str
+        Whose unit nobody stated: newtons and m/s² were taken.
     """
 
     responses: ArrayRecording
     force_n: NDArray[np.float64]
     name: str
     begins: tuple[int, ...] = (0,)
+    without_unit: tuple[str, ...] = ()
 
 
 def open_with_force(
@@ -104,13 +107,16 @@ def open_with_force(
     )
     headings = _headings(place, table, options)
     column = _force_column(place, headings, force)
-    factor = _newtons(place, headings[column])
+    told = _told_unit(headings[column])
+    factor = _newtons(place, told)
     rest = without_columns(table, options, {column})
     responses = ArrayRecording(place, *rest)
     begins = _begins(responses) if in_runs else (0,)
     _check_even(place, responses, begins)
     name = headings[column].name
-    return ForceRecording(responses, factor * table.column(column), name, begins)
+    stated = (('the force', told), ('the responses', responses.units_told))
+    without = tuple(whose for whose, unit in stated if not unit)
+    return ForceRecording(responses, factor * table.column(column), name, begins, without)
 
 
 def _headings(place: Path, table: ArrayTable, options: ArrayOptions) -> list[Heading]:
@@ -154,9 +160,12 @@ def _known_factor(unit: str) -> float | None:
     return {name.lower(): factor for name, factor in NEWTONS.items()}.get(unit.strip().lower())
 
 
-def _newtons(place: Path, heading: Heading) -> float:
-    """Return the factor to newtons; a column without a unit is in newtons."""
-    told = heading.unit_text or (WITH_UNIT.match(heading.name) or ('', '', ''))[2]
+def _told_unit(heading: Heading) -> str:
+    return heading.unit_text or (WITH_UNIT.match(heading.name) or ('', '', ''))[2]
+
+
+def _newtons(place: Path, told: str) -> float:
+    """Return the factor to newtons; a column without a unit is taken as newtons."""
     factor = _known_factor(told) if told else 1.0
     if factor is None:
         raise RecordingError(

@@ -29,5 +29,9 @@ def measured_force(recording: Recording) -> KnownForce:
     if not found.force_n.any():
         raise RecordingError('the force is zero', where=recording.path, found=found.name)
     return KnownForce(
-        found.force_n[:, None], responses.sample_rate_hz, responses.start_ns, found.name
+        found.force_n[:, None],
+        responses.sample_rate_hz,
+        responses.start_ns,
+        found.name,
+        found.without_unit,
     )

@@ -1,5 +1,6 @@
 """How far a measured force moves each mode, for people and as a file."""
 
+from dataclasses import replace
 import json
 import math
 from pathlib import Path
@@ -29,7 +30,11 @@ def scaling_of(result: ModalResult) -> tuple[ModalScaling, ...]:
         return ()
     force = measured_force(result.source)
     point = force.name.rpartition('@')[2] if '@' in force.name else None
-    return modal_scaling(force.beside(result.found.parts[0]), result.modes, point)
+    found = modal_scaling(force.beside(result.found.parts[0]), result.modes, point)
+    if not force.without_unit:
+        return found
+    nan = math.nan
+    return tuple(replace(each, per_force_std=nan, modal_mass_std_kg=nan) for each in found)
 
 
 def show_scaling(scaling: tuple[ModalScaling, ...]) -> None:
@@ -42,12 +47,18 @@ def show_scaling(scaling: tuple[ModalScaling, ...]) -> None:
         table.add_row(
             FREQUENCY.number(one.frequency_hz, math.nan),
             f'{abs(one.per_force):.3g}',
-            f'{one.per_force_std:.2g}',
+            f'{one.per_force_std:.2g}' if math.isfinite(one.per_force_std) else '',
             f'{one.modal_mass_kg:.4g}' if known else '',
-            f'{one.modal_mass_std_kg:.2g}' if known else '',
+            f'{one.modal_mass_std_kg:.2g}' if math.isfinite(one.modal_mass_std_kg) else '',
             f'{one.explained:.0%}',
         )
     OUTPUT.print(table)
+    if scaling and not any(math.isfinite(one.per_force_std) for one in scaling):
+        OUTPUT.print(
+            'no unit of force or responses is stated: newtons and m/s² are taken, and what is told'
+            ' of masses is as wrong as that is; name the unit of each column',
+            soft_wrap=True,
+        )
     without = [one.frequency_hz for one in scaling if not math.isfinite(one.modal_mass_kg)]
     if len(without) == len(scaling):
         OUTPUT.print(
@@ -72,7 +83,7 @@ def save_scaling(folder: Path, scaling: tuple[ModalScaling, ...]) -> None:
                 'frequency_hz': one.frequency_hz,
                 'per_force_real': one.per_force.real,
                 'per_force_imag': one.per_force.imag,
-                'per_force_std': one.per_force_std,
+                'per_force_std': plain(one.per_force_std),
                 'modal_mass_kg': plain(one.modal_mass_kg),
                 'modal_mass_std_kg': plain(one.modal_mass_std_kg),
                 'explained': one.explained,

@@ -26,6 +26,7 @@ from modal_recordings.tables.joint_headings import is_of_joints
 
 LEAVE_OUT = '-'
 LAST_G = re.compile(r'\w[\s_]g$')
+NO_UNIT = 'no unit stated: taken as m/s^2'
 IN_G = 'no unit but in the names, which all end in g: taken as g'
 
 
@@ -55,6 +56,8 @@ class ArrayColumns:
         Units that nobody stated, and what may surprise of those stated.
     gyroscopes : int
         Columns of gyroscopes that are left out, being beside accelerometers.
+    units_told : bool
+        Whether somebody stated the units.
     """
 
     channels: tuple[int, ...]
@@ -67,6 +70,7 @@ class ArrayColumns:
     notes: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
     gyroscopes: int = 0
+    units_told: bool = True
 
 
 def array_columns(
@@ -150,6 +154,7 @@ def array_columns(
         notes=tuple(notes),
         assumed=assumed,
         gyroscopes=len(beside),
+        units_told=NO_UNIT not in assumed,
     )
 
 
@@ -281,7 +286,7 @@ def _units(
     if all(unit is None for unit in stated):
         if all(LAST_G.search(heading.name) for heading in headings):
             return [Unit(ACCELERATION, STANDARD_GRAVITY)] * len(headings), (IN_G,)
-        return [Unit(ACCELERATION)] * len(headings), ('no unit stated: taken as m/s^2',)
+        return [Unit(ACCELERATION)] * len(headings), (NO_UNIT,)
     missing = next((h for h in headings if h.unit is None), None)
     if missing is not None:
         raise RecordingError(

@@ -24,12 +24,15 @@ class KnownForce:
         Time of the first row, on the clock of the responses.
     name : str
         Of the channel.
+    without_unit : tuple of str
+        Whose unit was assumed, force or responses.
     """
 
     value_n: NDArray[np.float64]
     rate_hz: float
     start_ns: int
     name: str
+    without_unit: tuple[str, ...] = ()
 
     def beside(self, samples: Samples) -> Samples:
         """Return samples with the force at their instants as the known input.

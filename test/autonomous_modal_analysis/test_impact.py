@@ -83,6 +83,8 @@ def test_the_force_is_found_by_its_unit_or_named(recorded, tmp_path):
     plain = written(tmp_path / 'plain.csv', record, head)
     named = ama.impact(plain, force='hammer', at='m3')
     assert named.modal_masses_kg == pytest.approx([12.548, 14.147, 14.608], rel=0.01)
+    assert np.isnan(named.modal_masses_std_kg).all()
+    assert any('no unit of the force' in remark for remark in named.remarks)
     blind = ama.impact(plain)
     assert np.isnan(blind.modal_masses_kg).all()
 
@@ -94,6 +96,18 @@ def test_forces_in_other_units_give_the_same_masses(recorded, tmp_path, unit, ne
     file = written(tmp_path / 'unit.csv', other, HEAD.replace('[N]', f'[{unit}]'))
     masses = ama.impact(file).modal_masses_kg
     assert masses == pytest.approx([12.548, 14.147, 14.608], rel=0.01)
+
+
+def test_masses_in_units_that_nobody_stated_have_no_deviation(recorded, tmp_path):
+    record, file = recorded
+    head = 'time [s],hammer@m3 [N],m1,m2,m3'
+    plain = written(tmp_path / 'plain.csv', record, head)
+    test, told = ama.impact(plain), ama.impact(plain, unit='m/s^2')
+    assert np.isnan(test.modal_masses_std_kg).all()
+    assert any('no unit of the responses is stated (plain)' in each for each in test.remarks)
+    for one in (told, ama.impact(file)):
+        assert np.isfinite(one.modal_masses_std_kg).all()
+        assert not any('no unit' in each for each in one.remarks)
 
 
 def test_a_force_beside_one_array_of_responses_is_read(recorded, tmp_path):
