@@ -42,7 +42,7 @@ from oma_identifier.motion import (
 )
 from oma_identifier.one_kind import cleaned_of_one_kind
 from oma_identifier.one_thread import one_thread
-from oma_identifier.quality import SureDamping
+from oma_identifier.quality import SureDamping, without_unheard
 from oma_identifier.record import TakenWindow, WholeRecord
 from oma_identifier.result import result_of, WindowResult
 from oma_identifier.selection import (
@@ -283,7 +283,8 @@ class IdentificationPipeline:
         self.last_tracked = self._tracked(found.modes, samples.channels, window.pose)
         found = replace(found, modes=self.last_tracked.modes)
         begun.note(found)
-        return _result(window, found, begun.spectrum)
+        heard = without_unheard(found.modes, window.quality.channels)
+        return _result(window, replace(found, modes=heard), begun.spectrum)
 
     def _with_sure_damping(self, found: Identified, quality: DataQuality) -> Identified:
         return replace(found, modes=self._damping.of_window(found.modes, quality))
@@ -331,6 +332,7 @@ class IdentificationPipeline:
         with one_thread():
             result = self._record.identify()
         modes = self.tracker.label(self._damping.of_record(result.modes))
+        modes = without_unheard(modes, result.quality.channels)
         flags = (*result.quality.flags, *self._record.flags_of(modes))
         return replace(result, modes=modes, quality=replace(result.quality, flags=flags))
 

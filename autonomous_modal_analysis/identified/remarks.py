@@ -14,6 +14,7 @@ from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
 from modal_reports import count, interrupted_channels, listed, lone_channels, poor_channels
 from oma_identifier.moving_lines import MOVING
+from oma_identifier.quality import heard_to_hz
 from oma_identifier.record import needed_window_s, SHORT_WINDOWS, too_slow
 from oma_identifier.result import NO_MODE, ONLY_LINES, WindowResult
 from oma_identifier.settings import IdentificationSettings
@@ -56,6 +57,7 @@ def remarks(
         _too_short_record(whole),
         _damping_without_deviation(whole),
         _crossed(whole),
+        _not_heard(whole),
         _too_short_windows(whole, windows),
         _empty_windows(whole, windows),
         _odd_rate(whole, sample_rate_hz, settings),
@@ -112,6 +114,20 @@ def _crossed(whole: WindowResult) -> str:
     return (
         f'{_frequencies(crossed)}: without σ, for {lines} moved across; another speed of the'
         ' machine, or none, would tell it'
+    )
+
+
+def _not_heard(whole: WindowResult) -> str:
+    """Say which sensors are too slow for some modes."""
+    names = whole.modes.channel_names
+    reach = heard_to_hz(names, whole.quality.channels)
+    highest = max((mode.frequency_hz for mode in whole.modes), default=0.0)
+    deaf = [name for name, hz in zip(names, reach, strict=True) if hz < highest]
+    if not deaf:
+        return ''
+    return (
+        f'{listed(deaf)} {"is" if len(deaf) == 1 else "are"} sampled too slowly for modes above'
+        f' {reach.min():.4g} Hz, and 0 in their shapes: raise the rate'
     )
 
 

@@ -18,6 +18,7 @@ from oma_identifier.quality.health import (
     summarise,
     Summary,
 )
+from oma_identifier.quality.heard import heard_to_hz, without_unheard
 from oma_identifier.quality.repeats import RepeatWatch
 from oma_identifier.quality.setup_check import check_gravity
 from oma_identifier.quality.small import check_sizes
@@ -36,8 +37,10 @@ __all__ = [
     'check_sizes',
     'copies',
     'examine',
+    'heard_to_hz',
     'is_damping_unsure',
     'joined',
     'noise_rms',
     'summarise',
+    'without_unheard',
 ]
