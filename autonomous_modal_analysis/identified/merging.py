@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 from autonomous_modal_analysis.identified.results import Identification, SetUps
 from modal_core.channel import Channel, SensorLayout
@@ -88,12 +89,13 @@ def merge_set_ups(
     Raises
     ------
     SettingsError
-        There are fewer than two.
+        There are fewer than two, or two are one recording.
     LayoutError
         They share no channel, or one of them is wired otherwise in a set-up.
     """
     if len(given) < 2:
         raise SettingsError('nothing to merge', found=len(given), expected='two set-ups or more')
+    _check_apart(given)
     names = tuple(each.name for each in given)
     references, given = _in_order(given)
     modes = [each.modes for each in given]
@@ -118,6 +120,18 @@ def merge_set_ups(
         set_ups=set_ups,
     )
     return identification, set_ups
+
+
+def _check_apart(given: Sequence[SetUp]) -> None:
+    """Refuse one recording given twice: it would count as two, and make all look surer."""
+    for one, other in combinations(given, 2):
+        told = [[mode.frequency_hz for mode in each.modes] for each in (one, other)]
+        if told[0] and told[0] == told[1]:
+            raise SettingsError(
+                'the same recording twice',
+                found=f'{one.name}, {other.name}',
+                expected='a recording of its own for each set-up',
+            )
 
 
 def _in_order(given: Sequence[SetUp]) -> tuple[tuple[str, ...], list[SetUp]]:

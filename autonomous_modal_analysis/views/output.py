@@ -126,6 +126,8 @@ def show_written(folder: Path, names: Sequence[str] = (JSON_NAME, CSV_NAME, REPO
 
 def merged_words(modes: ModeSet, set_ups: SetUps) -> list[str]:
     """Say in a few lines what merging set-ups came to."""
+    if not len(modes):
+        return ['no modes: no set-up shows one']
     everywhere = sum(len(seen) == len(set_ups.names) for seen in set_ups.seen_in)
     missing = int(np.isnan(modes.shapes).any(axis=0).sum())
     said = [f'{everywhere} of {len(modes)} modes are in all set-ups']

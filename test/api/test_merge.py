@@ -5,6 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 import autonomous_modal_analysis as ama
+from modal_core.errors import SettingsError
 from modal_core.numbers.indicators import mac
 
 RATE_HZ, SEED = 100.0, 7310
@@ -50,6 +51,18 @@ def test_two_results_become_one_over_all_points(first, tmp_path):
     assert len(merged.to_dict()['modes']) == 2
     merged.save(tmp_path / 'merged')
     assert (tmp_path / 'merged' / 'report.html').is_file()
+
+
+def test_a_recording_that_is_given_twice_is_refused(first):
+    with pytest.raises(SettingsError, match='the same recording twice'):
+        ama.merge([first, identified(SECOND, SEED + 1), first])
+
+
+def test_noise_alone_is_merged_to_no_modes():
+    rng = np.random.default_rng(SEED + 9)
+    noise = [ama.identify(rng.normal(size=(6000, 2)), RATE_HZ) for _ in range(2)]
+    merged = ama.merge(noise)
+    assert not len(merged) and merged.headline() == 'no modes: no set-up shows one'
 
 
 def test_what_is_to_be_known_of_a_set_up_is_told(first):
