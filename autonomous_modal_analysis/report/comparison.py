@@ -133,6 +133,8 @@ def write_comparison(
 
 def headline(found: ModeComparison) -> str:
     """Say in one line what changed."""
+    if not found.changes:
+        return 'no mode is in both'
     changed = sum(change.is_significant for change in found.changes)
     turned = sum(change.is_shape_changed for change in found.changes)
     return (

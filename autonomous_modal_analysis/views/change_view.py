@@ -12,7 +12,8 @@ from oma_identifier.compare import ModeComparison
 
 def show_summary(comparison: ModeComparison, first: str, second: str) -> None:
     """Print how many modes changed, and the modes of one side alone."""
-    OUTPUT.print(f'{second}: {headline(comparison)} (* and ~)', markup=False)
+    marks = ' (* and ~)' if comparison.changes else ''
+    OUTPUT.print(f'{second}: {headline(comparison)}{marks}', markup=False)
     for name, alone in ((first, comparison.only_first), (second, comparison.only_second)):
         if alone:
             OUTPUT.print(f'{name} alone: {_listed(alone)}', soft_wrap=True, markup=False)

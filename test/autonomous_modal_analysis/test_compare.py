@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import lfilter
 
 from autonomous_modal_analysis import cli
-from autonomous_modal_analysis.report import ComparedState, write_comparison
+from autonomous_modal_analysis.report import ComparedState, headline, write_comparison
 from modal_core.errors import LayoutError
 from modal_core.mode import Mode, ModeSet
 from oma_identifier.compare import compare_modes
@@ -98,6 +98,13 @@ def test_modes_of_one_recording_alone_stand_aside_and_names_are_only_text(tmp_pa
     page = (tmp_path / 'c.html').read_text()
     assert 'first alone' in page and 'second alone' in page
     assert '<b>second' not in page and '<i>first' not in page
+
+
+def test_records_that_share_no_mode_are_told_so():
+    mode = Mode(4.0, 0.01, np.ones(2, dtype=complex), 0.01, 0.001)
+    some, none = ModeSet((mode,), ('a', 'b')), ModeSet((), ('a', 'b'))
+    for pair in ((some, none), (none, some), (none, none)):
+        assert headline(compare_modes(*pair)) == 'no mode is in both'
 
 
 def test_modes_without_a_common_channel_are_not_compared_and_by_one_without_a_mac():
