@@ -12,6 +12,7 @@ from oma_identifier.likelihood.band_model import (
     BandFit,
     BandModel,
     expected_spectra,
+    force_colour,
     forced_gain,
     SlopePrior,
 )
@@ -84,6 +85,7 @@ __all__ = [
     'fit_group',
     'fit_known',
     'fit_with_residuals',
+    'force_colour',
     'forced_gain',
     'group_modes',
     'inputs_of',

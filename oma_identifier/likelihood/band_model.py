@@ -84,7 +84,10 @@ class BandModel:
     reference_hz : float [Hz]
         Frequency at which ``force`` holds.
     slope : float
-        Elsewhere it holds times (f / reference)^slope: white over a band is too much to ask for.
+        Elsewhere it holds times exp(slope x + curvature x²/2), x = ln(f / reference): white over
+        a band is too much to ask for.
+    curvature : float
+        What the slope changes by over x: a wide band has no one slope.
     slope_prior : SlopePrior
         What is known about the slope from elsewhere.
     root : (n_modes, n_forces) complex array or None
@@ -99,6 +102,7 @@ class BandModel:
     n_free: int
     reference_hz: float
     slope: float = 0.0
+    curvature: float = 0.0
     slope_prior: 'SlopePrior' = field(default_factory=lambda: SlopePrior())
     root: Complex | None = None
 
@@ -145,15 +149,22 @@ def accelerance(frequency_hz: Real, natural_hz: Real, damping_ratio: Real) -> Co
     return np.asarray(1.0 / (1.0 - beta**2 - 2j * damping_ratio * beta))
 
 
-def log_frequency(data: BandData, model: BandModel) -> Real:
-    """Return ln f from the reference of a model, (n_lines,) array."""
-    return np.asarray(np.log(data.frequency_hz) - np.log(model.reference_hz))
+def force_orders(data: BandData, model: BandModel) -> Real:
+    """Return x and x²/2, x = ln(f / reference): by slope and curvature, (2, n_lines) array."""
+    x = np.log(data.frequency_hz) - np.log(model.reference_hz)
+    return np.stack([x, 0.5 * x**2])
+
+
+def force_colour(data: BandData, model: BandModel) -> Real:
+    """Return the root of the force's density over that at the reference, (n_lines,) array."""
+    exponent = np.array([model.slope, model.curvature]) @ force_orders(data, model)
+    return np.asarray(np.exp(0.5 * exponent))
 
 
 def forced_gain(data: BandData, model: BandModel) -> Complex:
     """Return accelerances times the root of the force's slope, lines × modes."""
     gain = accelerance(data.frequency_hz, model.frequency_hz, model.damping_ratio)
-    gain *= (data.frequency_hz / model.reference_hz)[:, None] ** (0.5 * model.slope)
+    gain *= force_colour(data, model)[:, None]
     return gain
 
 

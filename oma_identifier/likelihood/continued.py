@@ -49,6 +49,7 @@ def continued(
         force=np.outer(scale, scale.conj()) * last.force[np.ix_(order, order)],
         noise=turn**2 @ last.noise + unseen * band.model.noise,
         slope=last.slope,
+        curvature=last.curvature,
     )
     if model.root is None:
         return model

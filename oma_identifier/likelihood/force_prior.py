@@ -34,7 +34,8 @@ class Prior:
     @classmethod
     def of(cls, start: BandModel) -> 'Prior':
         """Return the prior that is centred on a model."""
-        rest = [start.slope_prior.std**-2, *[LIKELIHOOD.noise_log_std**-2] * len(start.noise)]
+        colour = [start.slope_prior.std**-2, (LIKELIHOOD.slope_reach / LIKELIHOOD.slope_std) ** 2]
+        rest = [*colour, *[LIKELIHOOD.noise_log_std**-2] * len(start.noise)]
         if start.root is not None:
             # Centred on none: forces more than there are, and far tails, shall not wander.
             level = np.maximum(np.diag(start.force).real, LEAST_LEVEL * np.abs(start.force).max())
@@ -57,7 +58,7 @@ class Prior:
     def offset(self, model: BandModel) -> Real:
         """Return centre minus model, in the order of the last parameters."""
         noise = np.log(self.noise / model.noise)
-        slope = [self.slope - model.slope]
+        slope = [self.slope - model.slope, -model.curvature]
         if model.root is not None:
             return np.concatenate(
                 [-np.stack([model.root.real, model.root.imag], -1).ravel(), slope, noise]

@@ -108,7 +108,7 @@ def moved(model: BandModel, step: Real) -> BandModel:
         root = np.asarray(np.linalg.solve(np.eye(len(mixing)) + mixing, root) * length[:, None])
         force = np.asarray(root @ root.conj().T)
     noise = model.noise * np.exp(
-        np.clip(step[end + 1 :], -LARGEST_LOG_STEP[2], LARGEST_LOG_STEP[2])
+        np.clip(step[end + 2 :], -LARGEST_LOG_STEP[2], LARGEST_LOG_STEP[2])
     )
     return replace(
         model,
@@ -119,6 +119,7 @@ def moved(model: BandModel, step: Real) -> BandModel:
         root=root,
         noise=noise,
         slope=model.slope + float(step[end]),
+        curvature=model.curvature + float(step[end + 1]),
     )
 
 

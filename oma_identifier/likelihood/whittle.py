@@ -24,7 +24,8 @@ from oma_identifier.likelihood.band_model import (
     BandData,
     BandModel,
     expected_spectra,
-    log_frequency,
+    force_colour,
+    force_orders,
 )
 from oma_identifier.likelihood.force_prior import Prior
 from oma_identifier.likelihood.known_mean import derivatives_by, Mean
@@ -54,7 +55,7 @@ def evaluate(data: BandData, model: BandModel, prior: Prior) -> Evaluation | Non
     if not (np.all(model.damping_ratio > 1e-5) and np.all(model.damping_ratio < 0.9)):
         return None
     bare = accelerance(data.frequency_hz, model.frequency_hz, model.damping_ratio)
-    gain = bare * np.exp(0.5 * model.slope * log_frequency(data, model))[:, None]
+    gain = bare * force_colour(data, model)[:, None]
     amplitude = model.shapes * gain[:, None, :]
     identity = np.eye(len(model.shapes))
     covariance = expected_spectra(model, amplitude)
@@ -125,7 +126,7 @@ def evaluated_at(data: BandData, model: BandModel, at: Evaluation) -> Evaluated:
         gain=at.gain[:, free],
         by_frequency=at.bare[:, free] * 2.0 * beta**2 + by_damping,
         by_damping=by_damping,
-        log_frequency=log_frequency(data, model),
+        colours=force_orders(data, model),
         noise=model.noise,
         across=across(model.shapes[:, free]),
         root=model.root,

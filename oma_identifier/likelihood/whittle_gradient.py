@@ -34,8 +34,8 @@ class Evaluated:
         tr(E⁻¹ P) - n_channels.
     gain, by_frequency, by_damping : (n_lines, n_free) complex array
         H of the free modes, its derivatives by ln f and ln ζ over H.
-    log_frequency : (n_lines,) array
-        ln f from the reference: derivative of ln(A S Aᴴ) by the slope.
+    colours : (2, n_lines) array
+        Derivatives of ln(A S Aᴴ) by the slope of the force and by its curvature.
     noise : (n_channels,) array
         Noise power.
     across : (n_free, n_channels, n_channels - 1) complex array
@@ -53,7 +53,7 @@ class Evaluated:
     gain: Complex
     by_frequency: Complex
     by_damping: Complex
-    log_frequency: Real
+    colours: Real
     noise: Real
     across: Complex
     root: Complex | None = None
@@ -71,7 +71,7 @@ def gradient(at: Evaluated) -> Real:
     Parameters of each free mode: ln f, ln ζ, then the shape along each direction across it (real
     and imaginary parts in turn); then the force (diagonal and upper triangle row by row, real
     parts, then the imaginary parts off the diagonal) or its root (row by row, real and imaginary
-    parts in turn); then the slope; then ln s of each channel.
+    parts in turn); then slope and curvature; then ln s of each channel.
     """
     weighted = at.count[:, None, None] * at.residual
     n_modes, n_free = at.amplitude.shape[2], at.response.shape[2]
@@ -94,7 +94,7 @@ def gradient(at: Evaluated) -> Real:
         [
             modes,
             _by_force(force) if at.root is None else _by_root(force @ at.root),
-            [float(at.log_frequency @ trace)],
+            at.colours @ trace,
             noise,
         ]
     )

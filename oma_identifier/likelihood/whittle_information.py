@@ -230,30 +230,31 @@ def _slope_and_noise(
     first: NDArray[np.intp],
     second: NDArray[np.intp],
 ) -> Complex:
-    """Return the rows of slope and noise over what makes up modes and forces."""
+    """Return the rows of slope, curvature and noise over what makes up modes and forces."""
     n_free, n_modes, n_lines = products.right.shape
     n_channels = len(at.noise)
-    turning = at.count * at.log_frequency
-    weights = np.stack([at.count, turning])
-    # Noise: E⁻¹ ∂E E⁻¹ on the diagonal; slope: E⁻¹ ∂E less that.
-    halves = np.empty((n_channels, n_free, 2 + n_channels, 2), dtype=complex)
+    turning = at.count * at.colours
+    weights = np.concatenate([at.count[None], turning])
+    # Noise: E⁻¹ ∂E E⁻¹ on the diagonal; slope and curvature: E⁻¹ ∂E less that.
+    halves = np.empty((n_channels, n_free, 2 + n_channels, len(weights)), dtype=complex)
     into = products.right_units.swapaxes(0, 1)  # channels first
     by_pole = (products.units[:, :n_free] * into)[:, :, None] * poles
     halves[:, :, :2] = by_pole @ weights.T
     by_shape = (into * gain)[:, :, None] * weights
     by_shape = products.precision @ by_shape.reshape(n_channels, -1, n_lines).swapaxes(1, 2)
-    by_shape = by_shape.reshape(n_channels, n_channels, n_free, 2)
+    by_shape = by_shape.reshape(n_channels, n_channels, n_free, len(weights))
     halves[:, :, 2:] = by_shape.swapaxes(1, 2)
     weighted = (products.units[:, None] * weights[:, None]).reshape(n_channels, -1, n_lines)
     pairs = weighted @ products.units.conj().swapaxes(1, 2)
-    pairs = pairs.reshape(n_channels, 2, n_modes, n_modes)[:, :, first, second].swapaxes(1, 2)
-    every = np.concatenate([halves.reshape(n_channels, -1, 2), pairs], axis=1)
+    pairs = pairs.reshape(n_channels, -1, n_modes, n_modes)[:, :, first, second].swapaxes(1, 2)
+    every = np.concatenate([halves.reshape(n_channels, -1, len(weights)), pairs], axis=1)
     every *= at.noise[:, None, None]
-    slope = np.empty((n_free, 2 + n_channels), dtype=complex)
-    slope[:, :2] = (poles * products.right[range(n_free), range(n_free), None]) @ turning
-    slope[:, 2:] = (products.right_units * gain[:, None]) @ turning
-    whole = np.concatenate([slope.ravel(), products.among[second, first] @ turning])
-    return np.concatenate([(whole - every[:, :, 1].sum(axis=0))[None], every[:, :, 0]])
+    slope = np.empty((n_free, 2 + n_channels, len(turning)), dtype=complex)
+    slope[:, :2] = (poles * products.right[range(n_free), range(n_free), None]) @ turning.T
+    slope[:, 2:] = (products.right_units * gain[:, None]) @ turning.T
+    on_modes = slope.reshape(-1, len(turning))
+    whole = np.concatenate([on_modes, products.among[second, first] @ turning.T])
+    return np.concatenate([(whole - every[:, :, 1:].sum(axis=0)).T, every[:, :, 0]])
 
 
 def _symmetric(first: Real, mixed: Real, second: Real) -> Real:
@@ -271,13 +272,13 @@ def _of_pairs(rows: Complex, off: NDArray[np.bool_]) -> Real:
 
 
 def _among(precision: Complex, at: Evaluated) -> Real:
-    """Return the information of slope and noise with each other."""
+    """Return the information of slope, curvature and noise with each other."""
     power = at.noise
     squares = np.abs(precision) ** 2 * np.outer(power, power)[:, :, None]
     noise = squares @ at.count
     diagonal = np.einsum('cck->ck', precision).real * power[:, None]
-    turning = at.count * at.log_frequency
-    cross = (diagonal - squares.sum(axis=1)) @ turning
+    turning = at.count * at.colours
+    cross = turning @ (diagonal - squares.sum(axis=1)).T
     rest = len(power) - 2.0 * diagonal.sum(axis=0) + squares.sum(axis=(0, 1))
-    own = rest @ (turning * at.log_frequency)
-    return _symmetric(np.array([[own]]), cross[None], noise)
+    own = (rest * turning) @ at.colours.T
+    return _symmetric(own, cross, noise)

@@ -17,6 +17,7 @@ from oma_identifier.likelihood import (
     BandFit,
     BandIndex,
     expected_motion,
+    force_colour,
     GroupFit,
     LIKELIHOOD,
     ModeIndex,
@@ -230,13 +231,13 @@ def _tail_data(band: ReducedBand, fit: BandFit, values: Complex, tail: Complex) 
     beta = natural / data.frequency_hz[:, None]
     by_damping = -2j * damping * beta * fit.damping_ratio_std
     by_frequency = (-2j * damping * beta - 2.0 * beta**2) * fit.frequency_std
-    slope = (data.frequency_hz / model.reference_hz) ** (0.5 * model.slope)
+    level = force_colour(data, model)
     blocks = averaged_blocks(data, values)
     moment = np.stack([block @ block.conj().T for block in blocks], axis=-1)
     return TailData(
         data.n_averaged,
         np.asarray(moment / data.n_averaged),
-        accelerance(data.frequency_hz, natural, damping).T * slope,
-        np.asarray(np.stack([by_frequency.T, by_damping.T]) / slope, dtype=complex),
-        tail.T * slope,
+        accelerance(data.frequency_hz, natural, damping).T * level,
+        np.asarray(np.stack([by_frequency.T, by_damping.T]) / level, dtype=complex),
+        tail.T * level,
     )

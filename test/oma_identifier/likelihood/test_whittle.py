@@ -29,6 +29,7 @@ def band(seed: int, n_free: int, n_forces: int) -> tuple[BandData, BandModel]:
         n_free=n_free,
         reference_hz=10.0,
         slope=0.4,
+        curvature=-0.7,
     )
     if n_forces:
         model = with_root(model, mixing[:, :n_forces] / 10.0)
@@ -45,7 +46,8 @@ def band(seed: int, n_free: int, n_forces: int) -> tuple[BandData, BandModel]:
 
 def covariance(data: BandData, model: BandModel) -> np.ndarray:
     gain = accelerance(data.frequency_hz, model.frequency_hz, model.damping_ratio)
-    gain *= ((data.frequency_hz / model.reference_hz) ** (0.5 * model.slope))[:, None]
+    x = np.log(data.frequency_hz / model.reference_hz)
+    gain *= np.exp(0.5 * (model.slope * x + 0.5 * model.curvature * x**2))[:, None]
     amplitude = model.shapes * gain[:, None]
     return amplitude @ model.force @ amplitude.conj().transpose(0, 2, 1) + np.diag(model.noise)
 
