@@ -2,8 +2,8 @@
 
 The discrete Fourier transforms F_k of all channels at the frequencies of a band are independent
 complex Gaussian vectors with covariance E_k = Φ H_k S H_kᴴ Φᴴ + diag s: mode shapes Φ,
-accelerances H_k, the cross spectral density S of the modal forces (a power of frequency over this
-band) and the noise s of each channel.
+accelerances H_k, the cross spectral density S of the modal forces, whose logarithm is a parabola
+over that of frequency, and the noise s of each channel.
 Modes beside the band take part with fixed poles and shapes, since their tails are coherent with
 the forces of the band's own modes.
 
