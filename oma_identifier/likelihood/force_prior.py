@@ -1,6 +1,6 @@
 """A weak prior where one band says nothing of forces and noise."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,9 @@ from oma_identifier.likelihood.whittle_gradient import pairs
 
 LEAST_LEVEL = 1e-6
 """Of the largest force, taken for the scale of another."""
+
+NO_CURVATURE = 1e12
+"""Weight of a prior that leaves none: what a band of 10⁶ lines tells is far less."""
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -34,8 +37,9 @@ class Prior:
     @classmethod
     def of(cls, start: BandModel) -> 'Prior':
         """Return the prior that is centred on a model."""
-        colour = [start.slope_prior.std**-2, (LIKELIHOOD.slope_reach / LIKELIHOOD.slope_std) ** 2]
-        rest = [*colour, *[LIKELIHOOD.noise_log_std**-2] * len(start.noise)]
+        bent = LIKELIHOOD.slope_std / LIKELIHOOD.slope_reach
+        rest = [start.slope_prior.std**-2, bent**-2]
+        rest += [LIKELIHOOD.noise_log_std**-2] * len(start.noise)
         if start.root is not None:
             # Centred on none: forces more than there are, and far tails, shall not wander.
             level = np.maximum(np.diag(start.force).real, LEAST_LEVEL * np.abs(start.force).max())
@@ -54,6 +58,12 @@ class Prior:
             start.noise,
             np.concatenate([weight, weight[first != second], rest]),
         )
+
+    def of_one_slope(self) -> 'Prior':
+        """Return the prior that has no curvature of the forces."""
+        weight = self.weight.copy()
+        weight[-len(self.noise) - 1] = NO_CURVATURE
+        return replace(self, weight=weight)
 
     def offset(self, model: BandModel) -> Real:
         """Return centre minus model, in the order of the last parameters."""
