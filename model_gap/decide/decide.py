@@ -16,9 +16,10 @@ from model_gap.campaign import flat_topped
 from model_gap.cell import in_words
 from model_gap.decide.adequacy import Adequacy, adequacy
 from model_gap.decide.discriminate import experiments_between, separation_now
+from model_gap.decide.locate import gap_fraction
 from model_gap.decide.open_places import is_place, place_reasons
 from model_gap.decide.what_remains import what_remains
-from model_gap.fit import FIT
+from model_gap.fit import FIT, Fit
 from model_gap.hypothesis import Hypothesis
 from model_gap.search import Candidate, EVIDENCE_BETWEEN, joint_shares, RivalPair, Round, Search
 
@@ -125,7 +126,7 @@ def _decided(search: Search) -> Decision:
     why = objections(adequacy(search, final)) + at_limits(final.hypothesis)
     if why:
         names = ', '.join(repr(effect) for effect in final.hypothesis.effects)
-        rejected = f'{names} takes part of it away, and is rejected: it is not the whole truth'
+        rejected = f'{names} is rejected, for it is not the whole truth: {_left(search, final)}'
         return _unexplained(search, final.hypothesis, (*why, rejected), accepted + rivals, limits)
     shared = one_law(final.hypothesis)
     if rivals or limits or shared:
@@ -142,6 +143,13 @@ def _decided(search: Search) -> Decision:
     small = not objections(adequacy(search, search.rounds[0].before), AGREEING)
     reasons = ('it is small: known tolerance alone would hide it within the noise',)
     return Decision(Verdict.NAMED, accepted, reasons=reasons if small else ())
+
+
+def _left(search: Search, final: Fit) -> str:
+    """Return in words how much effects take away that are not believed."""
+    fits = final, search.rounds[0].before
+    left, without = (gap_fraction(search.data.fitting, item.hypothesis) for item in fits)
+    return f'{left:.1%} of the response remains in fitted recordings, {without:.1%} without it'
 
 
 def objections(found: Adequacy, limits: DecisionLimits = LIMITS) -> tuple[str, ...]:

@@ -21,8 +21,10 @@ from model_gap.predict import Predictor
 
 Array = NDArray[np.float64]
 
-# Effects, each with the sizes it is looked at with: the first is the one that is asked about.
-Sized = Sequence[tuple[Effect, tuple[tuple[float, ...], ...]]]
+# An effect as it may be, and its values; begun from several sides it is still one effect.
+Size = tuple[Effect, tuple[float, ...]]
+# The sizes every effect is looked at with: the first is the one that is asked about.
+Sized = Sequence[tuple[Size, ...]]
 
 
 @dataclass(frozen=True)
@@ -63,10 +65,9 @@ class Directions:
         base = predictor.rows(present.cell())
         columns = tolerance_columns(present, predictor)
 
-        def changed(item: tuple[Effect, tuple[tuple[float, ...], ...]]) -> list[Rows]:
-            effect, sizes = item
+        def changed(sizes: tuple[Size, ...]) -> list[Rows]:
             found = []
-            for values in sizes:
+            for effect, values in sizes:
                 try:
                     cell = effect.apply(present.cell(), values, present.scene)
                     change = predictor.rows(cell) - base

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from modal_core.errors import ModelError
 from modal_core.work.side_by_side import side_by_side
 from model_gap.campaign import Campaign, RecordSpectra
-from model_gap.decide.directions import Directions, Sized, Told
+from model_gap.decide.directions import Directions, Size, Sized, Told
 from model_gap.decide.discriminate import scaled_motion
 from model_gap.effects import Effect
 from model_gap.hypothesis import Hypothesis
@@ -123,22 +123,21 @@ def telling_apart(search: Search, poses: Sequence[Array] = ()) -> Telling:
         if not effect.free_numbers  # what is fitted in every recording has no direction
     ]
     sizes = side_by_side(lambda effect: _sizes(effect, present, predictor), effects)
-    sized = [(effect, size) for effect, size in zip(effects, sizes, strict=True) if size]
+    sized = _of_one_effect(effects, sizes)
     now = Directions.of(sized, present, predictor)
     before = now.telling()
     least = search.settings.worth_adding
     sights = tuple(
         Sight(
-            effect,
-            values[0],
+            *sized[row][0],
             float(before.gain[row]),
             tuple(
-                sized[column][0]
+                sized[column][0][0]
                 for column in np.flatnonzero(before.apart[row] < EVIDENCE_BETWEEN)
                 if column != row and before.gain[column] >= least
             ),
         )
-        for row, (effect, values) in enumerate(sized)
+        for row in range(len(sized))
     )
     following = [
         _worth(item, now, before, least, sized, present, predictor)
@@ -147,6 +146,19 @@ def telling_apart(search: Search, poses: Sequence[Array] = ()) -> Telling:
     found = [item for item in following if item is not None]
     found.sort(key=lambda item: (-item.told - item.seen, -item.told))
     return Telling(sights, least, tuple(found))
+
+
+def _of_one_effect(
+    effects: Sequence[Effect], sizes: Sequence[tuple[tuple[float, ...], ...]]
+) -> list[tuple[Size, ...]]:
+    """Return the sizes of each effect that has any, those of one begun from several sides joined.
+
+    They are one name: a campaign need not tell them apart.
+    """
+    found: dict[tuple[str, str, str], list[Size]] = {}
+    for effect, own in zip(effects, sizes, strict=True):
+        found.setdefault((*effect.key, effect.variant), []).extend((effect, it) for it in own)
+    return [tuple(some) for some in found.values() if some]
 
 
 def _sizes(

@@ -7,6 +7,7 @@ import pytest
 
 from model_gap.decide.directions import Directions
 from model_gap.decide.telling_apart import NextRecording, Sight, Telling
+from model_gap.effects.cable import Cable
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.sensor_delay import SensorDelay
 from model_gap.effects.sensor_gain import SensorGain
@@ -66,6 +67,15 @@ def test_another_pose_tells_more_and_is_said_as_an_option(campaign, robot):
     lines = telling_lines(found, robot)
     assert 'of the catalogue would be seen' in lines[0]
     assert all(line.split(':')[0] for line in lines)
+
+
+@pytest.mark.slow
+def test_an_effect_that_is_begun_from_several_sides_is_one(campaign, robot):
+    found = what_it_tells(robot, campaign, (), SearchSettings(catalogue=(Cable,)))
+    places = [item.effect.location for item in found.sights]
+    assert places and len(set(places)) == len(places)
+    for item in found.sights:
+        assert item.effect.location not in [other.location for other in item.like]
 
 
 def test_a_pair_is_told_once_in_one_kind_of_name(robot):
