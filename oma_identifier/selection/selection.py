@@ -175,6 +175,8 @@ def _peaks(pole: SelectedPole, turns: bool, peaks: SpectralPeaks | None) -> bool
 def is_edge(peaks: SpectralPeaks, frequency_hz: float, damping_ratio: float) -> bool:
     """Tell whether a pole describes where a response ends or, if broad, falls to another level."""
     width_hz = damping_ratio * frequency_hz
-    return peaks.is_by_end(frequency_hz, width_hz) or (
-        damping_ratio > SELECTION.broad and peaks.is_edge(frequency_hz, width_hz)
+    return (
+        peaks.is_by_end(frequency_hz, width_hz)
+        or peaks.is_cut(frequency_hz, width_hz)
+        or (damping_ratio > SELECTION.broad and peaks.is_edge(frequency_hz, width_hz))
     )

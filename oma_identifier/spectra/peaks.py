@@ -5,6 +5,8 @@ anti-aliasing filter, a subspace method needs poles to describe it, and the data
 well.  A resonance differs by falling to both sides.  The combination of channels that shows the
 peak best is chosen from every other frequency and the test is made on those in between, which are
 independent: the ratio of two mean powers then follows Fisher's F exactly, whatever was chosen.
+A mode beyond a filter makes a peak with it, of its flank and the filter's: above such a peak the
+spectrum falls faster than above any resonance.
 
 That takes the lines for independent, which they are under a steady force.  A vehicle that
 crosses a bridge is loud for a moment, and its axles and its bounce have peaks of their own.  A
@@ -27,6 +29,8 @@ from oma_identifier.spectra.thresholds import SPECTRA
 
 FLANK = (2.0, 4.0)
 """Reach of a flank in half-power half-widths; there a resonance has lost 5 to 12 dB and more."""
+BELL = (1.0 + 0.5**2) / (1.0 + np.mean(FLANK) ** 2)
+"""Median power of a resonance on a flank over that within its half-power band."""
 MOST_CHANNELS, CHANNELS_THAT_END = 12, 4
 REACH, MOMENT = 5.0, 5
 """Half-widths to either side in which the level is told, and values of the band's course, one per
@@ -135,6 +139,33 @@ class SpectralPeaks:
         """
         distance = np.abs(self._ends_hz - frequency_hz)
         return bool(np.any(distance < SPECTRA.edge_reach * half_width_hz))
+
+    def is_cut(self, frequency_hz: float, half_width_hz: float) -> bool:
+        """Tell whether the spectrum falls faster above a pole than any resonance, in all channels.
+
+        As where a filter ends it.  An antiresonance is narrow, and not one of all channels.
+
+        Parameters
+        ----------
+        frequency_hz, half_width_hz : float [Hz]
+            Natural frequency and half-power half-width of the supposed resonance.
+        """
+        at, width = self._place(frequency_hz, half_width_hz)
+        if round(2.0 * width) < SPECTRA.fewest_edge_lines:
+            return False
+        peak, _, above = _parts(self._tapered, at, width)
+        if len(above) < SPECTRA.fewest_edge_lines // 4:
+            return False
+        # Of medians, for a line in the peak is no part of it.
+        top, left = (np.median(_squares(part), axis=0) for part in (peak, above))
+        shown = top > SPECTRA.shown * top.max()
+        return bool(np.all(left[shown] < SPECTRA.cut * BELL * top[shown]))
+
+    @cached_property
+    def _tapered(self) -> NDArray[np.complex64]:
+        """Return the transform under Hann's window, which keeps strong modes off weak flanks."""
+        lines = self._lines
+        return np.asarray(lines[1:-1] - 0.5 * (lines[:-2] + lines[2:]))
 
     @cached_property
     def _ends_hz(self) -> NDArray[np.float64]:

@@ -84,6 +84,9 @@ class SpectraThresholds:
     edge_reach: float = 2.5
     """Distance from such an edge, in half-widths, within which a pole may be the edge's: of 12
     false modes in 8 records 11 lay within 1.1, one at 2.2."""
+    cut: float = 0.15
+    """Power above a peak, over what its bell would leave there, below which the response ends: of
+    4,034 modes of 1,000 random structures, 1 to 8 channels and 1 to 3 forces, none came there."""
     no_peak: float = 0.2
     """Chance from where on there is no peak at all: a resonance comes there in one of a
     hundred."""

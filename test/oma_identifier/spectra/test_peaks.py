@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.signal import butter, lfilter, sosfilt
+from scipy.signal import butter, firwin, lfilter, sosfilt
 
 from modal_core.channel import Channel
 from modal_core.samples import Samples
@@ -62,6 +62,49 @@ def test_a_falling_spectrum_is_an_edge_and_a_resonance_is_none(structure):
         resonances.append(SpectralPeaks(samples).is_edge(20.0, 0.8))
     assert np.mean(edges) > 0.8
     assert np.mean(resonances) < 0.05
+
+
+def of_few_forces(seed):
+    """Return the response of up to six modes to one to three forces, and where the modes are."""
+    rng = np.random.default_rng(seed)
+    n_modes, n_forces, n_channels = rng.integers(2, 7), rng.integers(1, 4), rng.integers(1, 9)
+    natural = np.sort(rng.uniform(4.0, 35.0, n_modes))
+    ratio = 10.0 ** rng.uniform(-2.0, -1.1, n_modes)
+    hz = np.fft.rfftfreq(4 * N_SAMPLES, 0.25 / RATE_HZ)[:, None]
+    gain = hz**2 / (natural**2 - hz**2 + 2j * ratio * natural * hz)
+    force = np.fft.rfft(rng.standard_normal((4 * N_SAMPLES, n_forces)), axis=0)
+    modal = gain * (force @ rng.standard_normal((n_forces, n_modes)))
+    response = np.fft.irfft(modal, axis=0)[::4] @ rng.standard_normal((n_modes, n_channels))
+    response += 0.02 * response.std() * rng.standard_normal(response.shape)
+    return SpectralPeaks(named(response)), zip(natural, ratio * natural, strict=True)
+
+
+def test_resonances_are_hardly_ever_cut_even_beside_zeros():
+    seeds = range(700, 850)
+    found = [peaks.is_cut(*at) for peaks, modes in map(of_few_forces, seeds) for at in modes]
+    assert np.mean(found) < 0.01, (seeds, np.mean(found))
+
+
+def test_what_rises_towards_a_mode_beyond_a_filter_is_cut_there(structure):
+    known = structure((8.0, 23.0), (0.02, 0.03), n_channels=4)
+    low_pass = firwin(201, 20.0, fs=RATE_HZ)
+    for seed in range(20):
+        samples = known.simulate(np.random.default_rng(seed), 120.0, RATE_HZ, noise=0.0)
+        rng = np.random.default_rng([seed, 1])
+        kept = lfilter(low_pass, 1.0, samples.acceleration, axis=0)
+        kept += 1e-3 * kept.std() * rng.standard_normal(kept.shape)
+        assert SpectralPeaks(named(kept)).is_cut(19.3, 0.8), seed
+        assert not SpectralPeaks(samples).is_cut(23.0, 0.69), seed
+
+
+def test_a_line_in_its_peak_does_not_cut_a_resonance(structure):
+    known = structure((8.0, 23.0), (0.02, 0.03), n_channels=4)
+    for seed in range(20):
+        samples = known.simulate(np.random.default_rng(seed), 60.0, RATE_HZ)
+        time_s = np.arange(len(samples.acceleration)) / RATE_HZ
+        line = 10.0 * samples.acceleration.std() * np.sin(2.0 * np.pi * 22.8 * time_s)
+        peaks = SpectralPeaks(named(samples.acceleration + line[:, None]))
+        assert not peaks.is_cut(23.0, 0.69), seed
 
 
 def bell(hz, ratio, force):
