@@ -11,8 +11,8 @@ DATE = re.compile(r'^(\d{1,4})[-/.](\d{1,2})[-/.](\d{1,4})$')
 DAY_S, HOUR_S = 86400.0, 3600.0
 NUMERIC = re.compile(r'^(\d{1,4})([-/.])(\d{1,2})[-/.](\d{1,4})(?![\d])')
 
+# Which of the three numbers of a date is its year, month and day.
 DateOrder = tuple[int, int, int]
-"""Which of the three numbers of a date is its year, month and day."""
 YEAR_FIRST, DAY_FIRST, MONTH_FIRST = (0, 1, 2), (2, 1, 0), (2, 0, 1)
 
 
