@@ -84,14 +84,15 @@ def fit_band(
     # Far from the maximum numbers may overflow; such a step is rejected, not reported.
     with np.errstate(over='ignore', invalid='ignore', divide='ignore'):
         prior = Prior.of(start)
-        begin = near or start
+        begin, n_steps = near or start, 0
         if not begin.curvature:
             # A model that lacks a mode is led astray by a curvature: that comes last.
             straight = _fit_band(data, begin, prior.of_one_slope(), max_steps, convergence)
             if not (straight.converged and straight.misfit < convergence.misfit):
                 return straight
-            begin = straight.model
-        return _fit_band(data, begin, prior, max_steps, convergence)
+            begin, n_steps = straight.model, straight.n_steps
+        fit = _fit_band(data, begin, prior, max_steps, convergence)
+        return replace(fit, n_steps=n_steps + fit.n_steps)
 
 
 def value_at(data: BandData, model: BandModel, start: BandModel) -> float:
