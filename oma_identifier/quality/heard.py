@@ -8,12 +8,11 @@ from numpy.typing import NDArray
 
 from modal_core.mode import Mode, ModeSet
 from modal_core.quality import ChannelQuality
+from oma_identifier.time_axis import TIME_AXIS
 
 HEARD = 0.45
 """Share of a source's own rate up to which it is put on a faster grid as it is: 0.3 % are lost
 there, 2 % at 0.46, 16 % at 0.48."""
-SAME_RATE = 0.98
-"""Clocks of one nominal rate differ by less."""
 
 
 def heard_to_hz(names: Sequence[str], channels: Sequence[ChannelQuality]) -> NDArray[np.float64]:
@@ -31,7 +30,7 @@ def heard_to_hz(names: Sequence[str], channels: Sequence[ChannelQuality]) -> NDA
     rates = {each.name: each.measured_rate_hz for each in channels}
     fastest = max(rates.values(), default=0.0)
     own = np.array([rates.get(name) or fastest for name in names], dtype=np.float64)
-    return np.where(own < SAME_RATE * fastest, HEARD * own, np.inf)
+    return np.where(own < (1.0 - TIME_AXIS.rate_tolerance) * fastest, HEARD * own, np.inf)
 
 
 def without_unheard(modes: ModeSet, channels: Sequence[ChannelQuality]) -> ModeSet:

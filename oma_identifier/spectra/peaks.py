@@ -153,7 +153,7 @@ class SpectralPeaks:
         at, width = self._place(frequency_hz, half_width_hz)
         if round(2.0 * width) < SPECTRA.fewest_edge_lines:
             return False
-        peak, _, above = _parts(self._tapered, at, width)
+        peak, _, above = _parts(self._tapered, at - 1.0, width)
         if len(above) < SPECTRA.fewest_edge_lines // 4:
             return False
         # Of medians, for a line in the peak is no part of it.
@@ -163,15 +163,13 @@ class SpectralPeaks:
 
     @cached_property
     def _tapered(self) -> NDArray[np.complex64]:
-        """Return the transform under Hann's window, which keeps strong modes off weak flanks."""
-        lines = self._lines
-        return np.asarray(lines[1:-1] - 0.5 * (lines[:-2] + lines[2:]))
+        return _tapered(self._lines)
 
     @cached_property
     def _ends_hz(self) -> NDArray[np.float64]:
         """Return where the response ends [Hz]: in all channels at once, so that a few tell."""
         lines = self._transformed(CHANNELS_THAT_END)
-        tapered = lines[1:-1] - 0.5 * (lines[:-2] + lines[2:])
+        tapered = _tapered(lines)
         power = np.einsum('lc,lc->l', tapered, tapered.conj()).real.astype(np.float64)
         spacing = self._samples.sample_rate_hz / 2.0 / (len(lines) - 1)
         return (band_edges(power) + 1.0) * spacing
@@ -193,6 +191,14 @@ class SpectralPeaks:
         weight = _combination(peak, low, high)
         on, *flanks = (_squares(part[1::2] @ weight) for part in (peak, low, high))
         return _chance_of(on, flanks)
+
+
+def _tapered(lines: NDArray[np.complex64]) -> NDArray[np.complex64]:
+    """Return lines under Hann's window, which keeps strong modes off weak flanks.
+
+    They begin at the second one.
+    """
+    return np.asarray(lines[1:-1] - 0.5 * (lines[:-2] + lines[2:]))
 
 
 def _combination(
