@@ -72,14 +72,14 @@ def steadiness(
     is_large = samples.acceleration.nbytes >= LARGE_BYTES
     found = map(identified, begins) if is_large else side_by_side(identified, begins)
     parts = [each for each in found if each is not None]
-    checked = [_checked(mode, parts) if _is_alone(mode, modes) else mode for mode in modes]
+    checked = [_checked(mode, modes, parts) if _is_alone(mode, modes) else mode for mode in modes]
     varies = any(one is not mode for one, mode in zip(checked, modes, strict=True))
     lacking = _lacking(parts, modes)
     steady = replace(modes, modes=tuple(checked))
     return Steadiness(steady, varies or bool(lacking), lacking)
 
 
-def _checked(mode: Mode, parts: list[ModeSet]) -> Mode:
+def _checked(mode: Mode, modes: ModeSet, parts: list[ModeSet]) -> Mode:
     """Return the mode as it came where its parts agree."""
     seen = Sightings(mode)
     for part in parts:
@@ -89,7 +89,7 @@ def _checked(mode: Mode, parts: list[ModeSet]) -> Mode:
     if seen.n_independent < RECORD.fewest_parts:
         return mode
     mean = seen.mean()
-    return mean.widen(mode) if mean.moves(mode) else mode
+    return mean.widen(mode, modes) if mean.moves(mode) else mode
 
 
 def _lacking(parts: list[ModeSet], modes: ModeSet) -> tuple[MeanMode, ...]:

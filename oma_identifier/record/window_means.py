@@ -9,6 +9,7 @@ References
 DerSimonian and Laird (1986), doi:10.1016/0197-2456(86)90046-2 (scatter between estimates).
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 import logging
 import math
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from modal_core.mode import Mode, ModeSet
 from modal_core.numbers.chance import fisher_tail
 from modal_core.numbers.indicators import mac, mpc, mpd, normalise
+from oma_identifier.likelihood import overlaps
 from oma_identifier.record.thresholds import RECORD
 
 log = logging.getLogger(__name__)
@@ -72,21 +74,31 @@ class MeanMode:
             return False
         return self.varies and mode.damping_ratio > RECORD.narrowest * half_way
 
-    def widen(self, mode: Mode) -> Mode:
-        """Return this mode of the record as one with the scatter between windows.
+    def widen(self, mode: Mode, modes: ModeSet) -> Mode:
+        """Return this mode, one of those of the record as one, with the scatter between windows.
 
-        Where it moved by much of its half-width its damping is that of the windows, unless these
-        show it broader than the record does, beyond chance: they are too short for it.
+        Where it moved by much of its half-width its damping is that of the windows.  What moves is
+        broader in the record: where windows show it broader, they are too short for it, and beyond
+        chance nothing is known of its damping.  Windows of a mode that overlaps with another one
+        mix the two: their damping has no deviation.
         """
+        others = [other for other in modes if other is not mode]
+        mixes = bool(overlapping(mode, others).any())
         moves = self.between * mode.frequency_hz
         mode = replace(mode, frequency_std_hz=math.hypot(mode.frequency_std_hz, moves))
         if WHOLE_RANGE * self.between < RECORD.smeared * mode.damping_ratio:
             return mode
         ratio, std = self.mode.damping_ratio, self.mode.damping_ratio_std
-        by_chance = ratio - 2.0 * std < mode.damping_ratio
-        if ratio > mode.damping_ratio and not by_chance:
-            return replace(mode, damping_ratio_std=math.nan)
-        return replace(mode, damping_ratio=ratio, damping_ratio_std=std)
+        if ratio > mode.damping_ratio:
+            by_chance = ratio - 2.0 * std < mode.damping_ratio
+            return mode if by_chance else replace(mode, damping_ratio_std=math.nan)
+        return replace(mode, damping_ratio=ratio, damping_ratio_std=math.nan if mixes else std)
+
+
+def overlapping(mode: Mode, modes: Iterable[Mode]) -> NDArray[np.bool_]:
+    """Return which half-power bands of modes touch that of one, (n_modes,)."""
+    hz, ratio = np.array([(each.frequency_hz, each.damping_ratio) for each in (mode, *modes)]).T
+    return overlaps(hz, hz * ratio)[0, 1:]
 
 
 @dataclass(slots=True)

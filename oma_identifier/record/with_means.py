@@ -5,13 +5,10 @@ from dataclasses import replace
 import logging
 import math
 
-import numpy as np
-
 from modal_core.mode import Mode, ModeSet
 from modal_core.numbers.indicators import mac_of_span
-from oma_identifier.likelihood import overlaps
 from oma_identifier.record.thresholds import RECORD
-from oma_identifier.record.window_means import MeanMode
+from oma_identifier.record.window_means import MeanMode, overlapping
 from oma_identifier.selection import Identified, renumbered
 
 NEW = -1
@@ -82,9 +79,7 @@ def _is_mixture(mean: MeanMode, modes: ModeSet) -> bool:
     images = [mode for mode in modes if mean.is_image(mode)]
     if images:
         return mean.varies and len(images) == 1 and not mean.moves(images[0])
-    both = (mean.mode, *modes)
-    hz = np.array([mode.frequency_hz for mode in both])
-    near = overlaps(hz, hz * [mode.damping_ratio for mode in both])[0, 1:]
+    near = overlapping(mean.mode, modes)
     return mac_of_span(mean.mode.shape, modes.shapes[:, near]) > RECORD.same_mac
 
 
@@ -102,5 +97,5 @@ def _instead(mean: MeanMode, found: Identified, above_hz: float) -> tuple[Mode, 
     """Return what stands for a mode, and where it was among those found."""
     images = [index for index, mode in enumerate(found.modes) if mean.is_image(mode)]
     if len(images) == 1 and mean.varies and mean.mode.frequency_hz < above_hz:
-        return mean.widen(found.modes.modes[images[0]]), images[0]
+        return mean.widen(found.modes.modes[images[0]], found.modes), images[0]
     return mean.mode, images[0] if images else NEW

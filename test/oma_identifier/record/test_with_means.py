@@ -89,10 +89,30 @@ def test_windows_that_take_one_of_two_broad_modes_for_the_other_do_not_move_it(s
 def test_windows_that_smear_a_drifting_mode_do_not_tell_its_damping(shapes):
     record = mode(4.0, 0.002, shapes[:, 0])
     wide = mean_of(4.0 * np.linspace(0.99, 1.01, N_WINDOWS), 0.007, [shapes[:, 0]] * N_WINDOWS)
-    widened = wide.widen(record)
+    widened = wide.widen(record, ModeSet((record,), NAMES))
     assert widened.damping_ratio == record.damping_ratio
     assert np.isnan(widened.damping_ratio_std)
     assert widened.frequency_std_hz > 0.01
+
+
+def test_windows_that_mix_a_drifting_mode_with_its_neighbour_do_not_tell_its_damping(shapes):
+    record = mode(4.0, 0.012, shapes[:, 0])
+    drifts = mean_of(4.0 * np.linspace(0.99, 1.01, N_WINDOWS), 0.01, [shapes[:, 0]] * N_WINDOWS)
+    alone = drifts.widen(record, ModeSet((record,), NAMES))
+    assert alone.damping_ratio == pytest.approx(0.01)
+    assert alone.damping_ratio_std > 0.0
+    beside = mode(4.05, 0.005, shapes[:, 1])
+    mixed = drifts.widen(record, ModeSet((record, beside), NAMES))
+    assert mixed.damping_ratio == pytest.approx(0.01)
+    assert np.isnan(mixed.damping_ratio_std)
+
+
+def test_windows_that_show_a_mode_a_little_broader_by_chance_leave_its_damping(shapes):
+    record = mode(4.0, 0.012, shapes[:, 0])
+    wide = mean_of(4.0 * np.linspace(0.99, 1.01, N_WINDOWS), 0.0121, [shapes[:, 0]] * N_WINDOWS)
+    widened = wide.widen(record, ModeSet((record,), NAMES))
+    assert widened.damping_ratio == record.damping_ratio
+    assert widened.damping_ratio_std == record.damping_ratio_std
 
 
 def test_a_sharp_mode_beside_a_broad_one_keeps_the_damping_of_the_record():
