@@ -49,7 +49,7 @@ def run_search(
     search : Search
         As :meth:`Search.begin` gives it.
     progress : callable
-        Takes the fraction done.
+        Takes the fraction done; all of it is not said, for more may follow.
     first : callable
         Takes the search once tolerances are fitted.
     """
@@ -57,9 +57,7 @@ def run_search(
     first(search)
     while len(search.rounds) < search.settings.most_effects and not search.finished:
         search = run_round(search, progress)
-    search = confirm(search)
-    progress(1.0)
-    return search
+    return confirm(search)
 
 
 def tolerances_only(search: Search, first: Callable[[Search], None] = lambda _: None) -> Search:
