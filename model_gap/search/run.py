@@ -13,6 +13,7 @@ from model_gap.search.steps import (
     fit_tolerances,
     screen_again,
     screen_catalogue,
+    seek_hanging,
     seek_lines,
     settle_best,
     stop_or_go_on,
@@ -24,6 +25,7 @@ Step = Callable[[Search], Search]
 # Each with the share of the round's work that is done after it.
 ROUND: tuple[tuple[Step, float], ...] = (
     (seek_lines, 0.1),
+    (seek_hanging, 0.12),
     (screen_catalogue, 0.25),
     (screen_again, 0.4),
     (fit_roughly, 0.65),

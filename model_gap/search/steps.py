@@ -6,8 +6,10 @@ import logging
 
 from model_gap.effects import same
 from model_gap.fit import Fit, fit, fit_some, tolerance_columns
+from model_gap.hypothesis import Hypothesis
 from model_gap.search.evidence_bound import evidence_bound, tolerance_excess
 from model_gap.search.generalise import generalised
+from model_gap.search.hanging import hanging
 from model_gap.search.joint_screening import screen_jointly
 from model_gap.search.lines import lines_left
 from model_gap.search.orders import orders_left
@@ -96,10 +98,31 @@ def seek_lines(search: Search) -> Search:
     return replace(search, current=again.without_columns)
 
 
+def seek_hanging(search: Search) -> Search:
+    """Look where a mass that swings would explain most."""
+    if not any(kind.hangs for kind in search.settings.catalogue):
+        return search
+    found = hanging(_bases(search)[-1], search.data.loudest)
+    scene = replace(search.scene, hanging=found)
+    current = search.fitted
+    hypothesis = replace(current.hypothesis, scene=scene)
+    return replace(search, scene=scene, current=replace(current, hypothesis=hypothesis))
+
+
+def _bases(search: Search) -> list[Hypothesis]:
+    """Return what may leave over what an effect is to explain; the last is what one is added to.
+
+    Far off, tolerances alone are distorted.
+    """
+    base = search.fitted.hypothesis
+    poor = search.fitted.misfit > LIMITS.distorted_misfit
+    return [base, search.unstretched] if poor and not base.effects else [base]
+
+
 def screen_catalogue(search: Search) -> Search:
     """Try every effect of the catalogue coarsely, those that could explain something."""
-    current, base = search.fitted, search.fitted.hypothesis
-    predictor = search.data.screening
+    current, predictor, bases = search.fitted, search.data.screening, _bases(search)
+    base = bases[-1]
     candidates = [
         effect
         for kind in search.settings.catalogue
@@ -107,11 +130,8 @@ def screen_catalogue(search: Search) -> Search:
         for effect in kind.instances(search.scene)
         if not any(same(effect, item) for item in base.effects)
     ]
-    poor = current.misfit > LIMITS.distorted_misfit
-    if poor or not search.stretched:
-        bases = [base] if base.effects or not poor else [base, search.unstretched]
-        base = bases[-1]
-    else:  # tolerances hide what there is to reach: all of it where they leave nothing else
+    if current.misfit <= LIMITS.distorted_misfit and search.stretched:
+        # Tolerances hide what there is to reach: all of it where they leave nothing else.
         bases = [search.relaxed] if current.misfit <= LIMITS.open_misfit else []
     if bases:
         candidates = within_reach(
