@@ -101,6 +101,7 @@ __all__ = [
     'on_link',
     'reach',
     'same',
+    'swinging',
     'turned',
     'turns',
     'with_own_effects',
