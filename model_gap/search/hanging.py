@@ -24,7 +24,7 @@ Place = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class HangingLimits:
-    """Which places are tried.
+    """Which places are tried; chosen, not measured, but for the last.
 
     Parameters
     ----------
@@ -33,7 +33,8 @@ class HangingLimits:
     kept : int
         So many places of every link and axis are begun from.
     least_mass : float
-        Of what was tried: what a fit learns of a place goes with the mass there.
+        Of what was tried: what a fit learns of a place goes with the mass there. Of a made mass
+        worth 44 units of log evidence 8 were found with 0.02, 42 with 0.3, 40 with 1.
     """
 
     apart: float = 0.1
