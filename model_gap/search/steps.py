@@ -6,7 +6,6 @@ import logging
 
 from model_gap.effects import same
 from model_gap.fit import Fit, fit, fit_some, tolerance_columns
-from model_gap.hypothesis import Hypothesis
 from model_gap.search.evidence_bound import evidence_bound, tolerance_excess
 from model_gap.search.generalise import generalised
 from model_gap.search.hanging import hanging
@@ -102,27 +101,17 @@ def seek_hanging(search: Search) -> Search:
     """Look where a mass that swings would explain most."""
     if not any(kind.hangs for kind in search.settings.catalogue):
         return search
-    found = hanging(_bases(search)[-1], search.data.loudest)
-    scene = replace(search.scene, hanging=found)
     current = search.fitted
+    # There the best are followed from, too, however far tolerances are distorted.
+    scene = replace(search.scene, hanging=hanging(current.hypothesis, search.data.loudest))
     hypothesis = replace(current.hypothesis, scene=scene)
     return replace(search, scene=scene, current=replace(current, hypothesis=hypothesis))
 
 
-def _bases(search: Search) -> list[Hypothesis]:
-    """Return what may leave over what an effect is to explain; the last is what one is added to.
-
-    Far off, tolerances alone are distorted.
-    """
-    base = search.fitted.hypothesis
-    poor = search.fitted.misfit > LIMITS.distorted_misfit
-    return [base, search.unstretched] if poor and not base.effects else [base]
-
-
 def screen_catalogue(search: Search) -> Search:
     """Try every effect of the catalogue coarsely, those that could explain something."""
-    current, predictor, bases = search.fitted, search.data.screening, _bases(search)
-    base = bases[-1]
+    current, base = search.fitted, search.fitted.hypothesis
+    predictor = search.data.screening
     candidates = [
         effect
         for kind in search.settings.catalogue
@@ -130,8 +119,11 @@ def screen_catalogue(search: Search) -> Search:
         for effect in kind.instances(search.scene)
         if not any(same(effect, item) for item in base.effects)
     ]
-    if current.misfit <= LIMITS.distorted_misfit and search.stretched:
-        # Tolerances hide what there is to reach: all of it where they leave nothing else.
+    poor = current.misfit > LIMITS.distorted_misfit
+    if poor or not search.stretched:
+        bases = [base] if base.effects or not poor else [base, search.unstretched]
+        base = bases[-1]
+    else:  # tolerances hide what there is to reach: all of it where they leave nothing else
         bases = [search.relaxed] if current.misfit <= LIMITS.open_misfit else []
     if bases:
         candidates = within_reach(
