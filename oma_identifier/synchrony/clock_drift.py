@@ -1,7 +1,10 @@
 """A sensor whose clock runs away from that of the others.
 
 Its phases turn at every peak by frequency times a delay that grows, at one rate for all peaks; no
-structure, however it changes, does that.
+structure, however it changes, does that.  Of 32 made records of two to four sensors, one of them
+with a clock off by 100 or 300 ppm, 24 were told, the right sensor each time; of 16 with 30 ppm
+none (windows of 30 s turn by too little), and of 96 with no fault, or with shapes, frequencies, a
+gain, a delay or a mount that change, none (seeds from 989500).
 """
 
 from collections.abc import Sequence

@@ -93,9 +93,12 @@ class FarValues:
 
     def _ordinary(self, channel: int, signal: NDArray[np.float64]) -> tuple[float, float]:
         """Return the middle of a channel without what is far, and the farthest from it."""
+        before = float(self._middle[channel]), float(self._largest[channel])
         if len(signal) < TIME_AXIS.fewest_values:
-            return float(self._middle[channel]), float(self._largest[channel])
+            return before
         middle = float(np.median(signal))
+        if 2 * np.count_nonzero(signal == middle) > len(signal):
+            return before  # One value, most of the time, may stand for samples lost.
         return middle, float(np.abs(signal - middle).max())
 
     def _far(

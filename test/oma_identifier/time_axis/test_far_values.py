@@ -60,6 +60,14 @@ def test_a_long_run_of_a_known_value_is_lost_as_a_whole(rng):
     assert_array_equal(far[:, 0], values[:, 0] == 9999.0)
 
 
+def test_a_run_at_the_beginning_hides_none_of_later(rng):
+    values = rng.standard_normal((N, 2))
+    values[60:450, 0] = 9999.0
+    values[[1500, 1700, 2000], 0] = 9999.0
+    far, _ = found(values)
+    assert_array_equal(far[600:, 0], values[600:, 0] == 9999.0)
+
+
 def test_zeros_amid_gravity_are_no_measurement(rng):
     values = 9.81 + 0.05 * rng.standard_normal((N, 2))
     values[[333, 334, 900, 2500], 1] = 0.0
