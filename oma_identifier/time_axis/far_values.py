@@ -8,6 +8,7 @@ spark, which comes alone and is not answered: what is struck rings.
 
 from collections import Counter
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ LOOKED_AT = 128
 """Rows that tell where the middle of a channel is, about."""
 
 MOST_SEEN = 256
-"""Values that are remembered in case they come again."""
+"""Values that are remembered in case they come again, and of a channel that came again."""
 
 Real = NDArray[np.floating]
 FarValue = tuple[int, float, int]
@@ -48,7 +49,7 @@ class FarValues:
     def __init__(self, n_channels: int) -> None:
         self._middle = np.full(n_channels, np.nan)
         self._largest = np.zeros(n_channels)
-        self._known: dict[int, set[float]] = {}
+        self._known: dict[int, dict[float, None]] = {}
         self._seen: dict[tuple[int, float], int] = {}
         self._found: list[_Found] = []
 
@@ -157,10 +158,10 @@ class FarValues:
             seen_ns = self._seen.setdefault((channel, value), int(stamp_ns[rows[0]]))
             if len(rows) > 1 or seen_ns != stamp_ns[rows[0]]:
                 again.append(value)
-        while len(self._seen) > MOST_SEEN:
-            del self._seen[next(iter(self._seen))]
         if again:
-            self._known.setdefault(channel, set()).update(again)
+            self._known.setdefault(channel, {}).update(dict.fromkeys(again))
+        for kept in (self._seen, self._known.get(channel, {})):
+            _forget_oldest(kept)
         return again
 
     def told(self, start_ns: int, end_ns: int) -> list[tuple[FarValue, ...]]:
@@ -174,6 +175,11 @@ class FarValues:
     def forget(self, before_ns: int) -> None:
         """Drop what was found before a time."""
         self._found = [each for each in self._found if each.start_ns >= before_ns]
+
+
+def _forget_oldest(kept: dict[Any, Any]) -> None:
+    while len(kept) > MOST_SEEN:
+        del kept[next(iter(kept))]
 
 
 def _single(beyond: Mask) -> Mask:
