@@ -35,6 +35,9 @@ class ChannelQuality:
         Time since when it is what it is, where it changed within the record; 0: always.
     interrupted_ns : tuple of (int, int) [ns]
         From when to when it was not heard.
+    far_values : tuple of (int, float, int)
+        Values far outside of all others, taken as lost: since when [ns], in about a second, which
+        value [unit], how often.
     unit : str
         SI unit of its samples.
     excluded : bool
@@ -57,6 +60,7 @@ class ChannelQuality:
     lag_std_s: float = math.nan
     since_ns: int = 0
     interrupted_ns: tuple[tuple[int, int], ...] = ()
+    far_values: tuple[tuple[int, float, int], ...] = ()
     unit: str = ACCELERATION
     excluded: bool = False
     flags: tuple[str, ...] = ()

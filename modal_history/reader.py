@@ -197,6 +197,26 @@ class HistoryReader(OpenHistory):
             raise self.file.damaged(error) from error
         return channels, joints
 
+    def channel_groups(self, selection: Selection) -> tuple[tuple[str, ...], ...]:
+        """Return channels of windows, those together that one set-up shares with another."""
+        where, values = selection.where()
+        rows = self._rows(
+            'SELECT channels FROM layout WHERE id IN (SELECT window.layout FROM window'
+            f' JOIN run ON run.id = window.run WHERE {where}) ORDER BY id',
+            values,
+        )
+        groups: list[dict[str, None]] = []
+        try:
+            for (text,) in rows:
+                group = dict.fromkeys(map(str, json.loads(text)))
+                for other in [each for each in groups if each.keys() & group.keys()]:
+                    groups.remove(other)
+                    group = other | group
+                groups.append(group)
+        except OF_FILE as error:
+            raise self.file.damaged(error) from error
+        return tuple(tuple(group) for group in groups if group)
+
     def _circumstances(self, row: Sequence[Any]) -> Circumstances:
         robot, tool, software, settings_hash, recording, recording_hash = row[1:7]
         found = self._rows('SELECT text FROM settings WHERE hash = ?', [settings_hash])

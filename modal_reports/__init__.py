@@ -48,6 +48,7 @@ from modal_reports.charts import (
 )
 from modal_reports.health_words import (
     channel_words,
+    far_channels,
     interrupted_channels,
     lone_channels,
     poor_channels,
@@ -139,6 +140,7 @@ __all__ = [
     'duration',
     'embedded_json',
     'error_mark',
+    'far_channels',
     'fixed',
     'heading',
     'heat_map',

@@ -109,6 +109,28 @@ def interrupted_channels(windows: Sequence[DataQuality], start_ns: int) -> tuple
     return tuple(lines)
 
 
+def far_channels(windows: Sequence[DataQuality]) -> tuple[str, ...]:
+    """Return which channels have values far outside of all others, and which; a line for each.
+
+    Parameters
+    ----------
+    windows : sequence of DataQuality
+        Of a recording.
+    """
+    lines = []
+    for name, found in _by_channel(windows).items():
+        counts: Counter[float] = Counter()
+        for _, value, n_samples in {far for each in found for far in each.far_values}:
+            counts[value] += n_samples
+        if not counts:
+            continue
+        said = [f'{n} x {value:.5g}' for value, n in counts.most_common(MOST_TIMES)]
+        more = len(counts) - MOST_TIMES
+        which = listed([*said, *([f'{count(more, "other value")}'] if more > 0 else [])])
+        lines.append(f'{name}: {which} {found[0].unit}, far outside of all else, taken as lost')
+    return tuple(lines)
+
+
 def lone_channels(windows: Sequence[DataQuality]) -> tuple[str, ...]:
     """Return what to do about channels that are left out for their own motion; a line for all.
 

@@ -8,6 +8,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from modal_core.errors import ModelError
+from modal_core.work.progress import as_much_again
 from model_gap.campaign import Campaign
 from model_gap.decide import (
     decide,
@@ -117,7 +118,7 @@ def find_gap(
     seed : int
         Of the draw of held-out poses, where the campaign does not say.
     progress : callable
-        Takes the fraction done.
+        Takes the fraction done; less than before where more is to be done than was known.
     first : callable
         Takes what can be said before any effect is tried, while the work goes on.
 
@@ -137,9 +138,12 @@ def find_gap(
         found = _searched(model, campaign, settings, faults, seed, progress, first)
         if not found.settled:
             log.debug('gravity weighed anew: %s', [fault.words() for fault in found.faults])
-            other = _searched(model, campaign, settings, found.faults, seed, progress)
+            again = as_much_again(progress)
+            other = _searched(model, campaign, settings, found.faults, seed, again)
             found = other if other.settled else found
-        return _result(found, told, model, seed)
+        result = _result(found, told, model, seed)
+    progress(1.0)
+    return result
 
 
 @dataclass(frozen=True)
@@ -201,11 +205,10 @@ def _searched(
 
     if compares_none(travelled):
         search = tolerances_only(search, tell)
-        progress(1.0)
     else:
         search = run_search(search, progress, tell)
         if untold(search):
-            search = search_on_all(search, progress)
+            search = search_on_all(search, as_much_again(progress))
     decision = with_travel(decide(search), search, travelled)
     unread = compares_none(travelled) and decision.verdict is Verdict.UNEXPLAINED
     calibrated = None if unread else _calibrated(search, decision)

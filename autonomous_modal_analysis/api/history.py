@@ -26,7 +26,10 @@ from modal_history.alarm import (
 from modal_history.reader import HistoryReader, Run
 from modal_history.selection import FIRST_NS, LAST_NS, Selection, time_ns, time_text
 from modal_history.trend import COLUMNS, Trend
-from modal_reports import count, DAMPING, FREQUENCY
+from modal_reports import count, DAMPING, FREQUENCY, listed
+
+MOST_NAMED = 3
+"""Channels of a group named one by one."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,15 +42,25 @@ class Trends(Result):
         Whose.
     trends : tuple of Trend
         By id, each with arrays of times, frequencies, damping, σ, temperature, load, joints.
+    channel_groups : tuple of tuple of str
+        Channels whose shapes can be held against one another.
     """
 
     robot: str
     trends: tuple[Trend, ...]
+    channel_groups: tuple[tuple[str, ...], ...] = ()
 
     def headline(self) -> str:
-        """Say how many modes there are."""
+        """Say how many modes there are, and where no shape tells that they are the same."""
         n = sum(map(len, self.trends))
-        return f'{count(len(self.trends), "mode")} of {self.robot or "a robot"}, {n} estimates'
+        said = f'{count(len(self.trends), "mode")} of {self.robot or "a robot"}, {n} estimates'
+        if len(self.channel_groups) < 2:
+            return said
+        groups = '; '.join(listed(_some(group)) for group in self.channel_groups)
+        return (
+            f'{said}\nnote: recordings with no channel in common ({groups}): modes are the same by'
+            ' frequency alone; another structure wants a history, or a name, of its own'
+        )
 
     def columns(self) -> Columns:
         """Return one row per estimate, mode by mode; times in seconds since 1970."""
@@ -214,7 +227,7 @@ class History(Result):
         with HistoryReader(self.path) as reader:
             name = reader.robot(robot)
             asked = selection(name, ids, since, until, whole)
-            return Trends(name, reader.trends(asked))
+            return Trends(name, reader.trends(asked), reader.channel_groups(asked))
 
     def alarms(
         self,
@@ -401,3 +414,8 @@ def _middle(quantity: Any, values: Any) -> str:
     """Return the median with the scatter of the single estimates."""
     middle = float(np.median(values))
     return str(quantity.number(middle, 1.4826 * float(np.median(np.abs(values - middle)))))
+
+
+def _some(names: Sequence[str]) -> list[str]:
+    more = len(names) - MOST_NAMED
+    return [*names[:MOST_NAMED], *([f'{more} more'] if more > 0 else [])]

@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 from autonomous_modal_analysis.identified.results import IdentifiedWindow
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.mode import Mode
-from modal_reports import count, interrupted_channels, listed, lone_channels, poor_channels
+from modal_reports import (
+    count,
+    far_channels,
+    interrupted_channels,
+    listed,
+    lone_channels,
+    poor_channels,
+)
 from oma_identifier.moving_lines import MOVING
 from oma_identifier.quality import heard_to_hz
 from oma_identifier.record import needed_window_s, SHORT_WINDOWS, too_slow
@@ -65,6 +72,7 @@ def remarks(
     health = [window.quality for window in windows]
     channels = (
         *poor_channels(health),
+        *far_channels(health),
         *interrupted_channels(health, whole.start_ns),
         *lone_channels(health),
     )

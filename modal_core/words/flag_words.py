@@ -15,6 +15,7 @@ FLAG_WORDS = {
     'clock_unknown': 'stamps too coarse to tell the rate, or samples lost among coarse stamps',
     'clock_apart': 'another time than the other sensors',
     'not_synchronous': 'sampled later or earlier than the other sensors',
+    'clock_drifts': 'a clock that runs away from that of the other sensors: identify it alone',
     'incoherent': 'another motion than the other sensors',
     # What is to be known about a channel.
     'interrupted': 'for a while nothing of what the other sensors show: check cable and plug',

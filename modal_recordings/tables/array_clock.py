@@ -12,7 +12,13 @@ from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_recordings.tables.array_columns import ArrayColumns
 from modal_recordings.tables.array_options import ArrayOptions, HIGHEST_RATE_HZ, LOWEST_RATE_HZ
 from modal_recordings.tables.array_table import ArrayTable
-from modal_recordings.tables.row_period import MADE_UP_ROWS, row_period_s, shared_period_s
+from modal_recordings.tables.row_period import (
+    evenly_shared_s,
+    MADE_UP_ROWS,
+    row_period_s,
+    shared_period_s,
+    unpaused,
+)
 from modal_recordings.tables.time_columns import combined, past_midnight, which_time
 
 RATE_TOLERANCE = 1e-3
@@ -100,8 +106,12 @@ def array_clock(
         if _is_uniform(time_s, stated_hz):
             return ArrayClock(stated_hz, None, options.start_ns, notes)
     elif _is_counted(path, time_s, measured_hz):
-        time_s = _counted_from(time_s, measured_hz)
-        notes += (f'several rows share each time: taken as evenly spaced, {measured_hz:.6g} Hz',)
+        n_pauses = len(unpaused(time_s)) - 1 - n_anew
+        time_s = evenly_shared_s(time_s, 1.0 / measured_hz)
+        pauses = f', with {n_pauses} {"pauses" if n_pauses > 1 else "pause"}' if n_pauses else ''
+        notes += (
+            f'several rows share each time: taken as evenly spaced{pauses}, {measured_hz:.6g} Hz',
+        )
     stamps = _nanoseconds(path, time_s) + options.start_ns
     return ArrayClock(stated_hz or measured_hz, stamps, int(stamps[0]), notes)
 
@@ -256,12 +266,6 @@ def _is_counted(path: Path, time_s: NDArray[np.float64], rate_hz: float) -> bool
             advice='where no row is lost, state the sample rate and leave the times out',
         )
     return False
-
-
-def _counted_from(time_s: NDArray[np.float64], rate_hz: float) -> NDArray[np.float64]:
-    """Return times of evenly spaced rows; the first that has a new time has it."""
-    first = int(np.argmax(time_s > time_s[0]))
-    return np.asarray(time_s[first] + (np.arange(len(time_s)) - first) / rate_hz)
 
 
 def _nanoseconds(path: Path, time_s: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -1,5 +1,7 @@
 """The period of rows from their times, however coarse the times are and whatever is missing."""
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,8 +51,8 @@ def row_period_s(time_s: Array) -> float:
 def shared_period_s(time_s: Array) -> tuple[float, float]:
     """Return the mean period of rows that share times, and by how much they leave it [s].
 
-    The first and the last time may be those of a part of their rows: what lies between two
-    changes is counted, gaps left out.
+    The first and the last time before and after a pause may be those of a part of their rows: what
+    lies between two changes is counted, pauses left out.
 
     Parameters
     ----------
@@ -62,14 +64,41 @@ def shared_period_s(time_s: Array) -> tuple[float, float]:
     float [s]
         Period; 0 where there is no whole time to count.
     float [s]
-        How far the changes spread about the times of evenly spaced rows; inf with gaps.
+        How far the changes spread about the times of evenly spaced rows, from one pause to the
+        next.
     """
-    changes = np.flatnonzero(np.diff(time_s)) + 1
-    rows, ticks_s = np.diff(changes), np.diff(time_s[changes])
-    whole = ticks_s > 0.0
-    if not whole.any():
+    parts = [_changes(time_s, rows) for rows in unpaused(time_s)]
+    ticks_s = sum(float(np.ptp(time_s[changes])) for changes in parts if len(changes))
+    n_rows = sum(int(np.ptp(changes)) for changes in parts if len(changes))
+    if not n_rows:
         return 0.0, 0.0
-    whole &= ticks_s <= GAP_STEPS * np.median(ticks_s[whole])
-    period_s = float(ticks_s[whole].sum() / rows[whole].sum())
-    spread_s = float(np.ptp(time_s[changes] - period_s * changes)) if whole.all() else np.inf
-    return period_s, spread_s
+    period_s = ticks_s / n_rows
+    spread_s = [np.ptp(time_s[each] - period_s * each) for each in parts if len(each)]
+    return period_s, float(max(spread_s))
+
+
+def unpaused(time_s: Array) -> list[slice]:
+    """Return the rows from one pause, or beginning anew, to the next, of rows that share times."""
+    steps = np.diff(time_s)
+    if not (steps > 0.0).any():
+        return [slice(0, len(time_s))]
+    usual_s = GAP_STEPS * float(np.median(steps[steps > 0.0]))
+    begins = np.flatnonzero((steps < 0.0) | (steps > usual_s)) + 1
+    edges = [0, *begins.tolist(), len(time_s)]
+    return [slice(first, last) for first, last in pairwise(edges)]
+
+
+def evenly_shared_s(time_s: Array, period_s: float) -> Array:
+    """Return times of evenly spaced rows; the first in a part that has a new time has it.
+
+    Of a part in which none has, its first row does.
+    """
+    even = np.empty(len(time_s))
+    for rows in unpaused(time_s):
+        first = int(_changes(time_s, rows)[:1].sum()) or rows.start
+        even[rows] = time_s[first] + (np.arange(rows.start, rows.stop) - first) * period_s
+    return even
+
+
+def _changes(time_s: Array, rows: slice) -> NDArray[np.int64]:
+    return np.asarray(np.flatnonzero(np.diff(time_s[rows])) + rows.start + 1)

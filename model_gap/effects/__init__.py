@@ -11,7 +11,7 @@ from model_gap.effects.command_delay import CommandDelay
 from model_gap.effects.coulomb_friction import CoulombFriction
 from model_gap.effects.cubic_damping import CubicDamping
 from model_gap.effects.cubic_stiffness import CubicStiffness
-from model_gap.effects.effect import Effect, EffectParameter, same, Scene
+from model_gap.effects.effect import Effect, EffectParameter, Hanging, same, Scene
 from model_gap.effects.encoder_offset import EncoderOffset
 from model_gap.effects.end_stop import EndStop
 from model_gap.effects.foundation_mode import FoundationMode
@@ -23,7 +23,15 @@ from model_gap.effects.link_flexibility import LinkFlexibility
 from model_gap.effects.load_friction import LoadFriction
 from model_gap.effects.own_effects import GROUP, with_own_effects
 from model_gap.effects.payload import Payload
-from model_gap.effects.places import arm_mass, moving_links, on_link, turned, turns
+from model_gap.effects.places import (
+    arm_mass,
+    centre,
+    moving_links,
+    on_link,
+    reach,
+    turned,
+    turns,
+)
 from model_gap.effects.rod_spring import RodSpring
 from model_gap.effects.sensor_axis_swap import SensorAxisSwap
 from model_gap.effects.sensor_delay import delay_step, SensorDelay
@@ -40,7 +48,7 @@ from model_gap.effects.stiffness_drift import StiffnessDrift
 from model_gap.effects.stribeck_friction import StribeckFriction
 from model_gap.effects.tonal_disturbance import TonalDisturbance
 from model_gap.effects.transmission_error import TransmissionError
-from model_gap.effects.tuned_mass import TunedMass
+from model_gap.effects.tuned_mass import swinging, TunedMass
 
 CATALOGUE: tuple[type[Effect], ...] = (
     Payload,
@@ -84,12 +92,16 @@ __all__ = [
     'GROUP',
     'Effect',
     'EffectParameter',
+    'Hanging',
     'Scene',
     'arm_mass',
+    'centre',
     'delay_step',
     'moving_links',
     'on_link',
+    'reach',
     'same',
+    'swinging',
     'turned',
     'turns',
     'with_own_effects',

@@ -73,6 +73,28 @@ class ToldNumber:
     value: float
 
 
+@dataclass(frozen=True, slots=True)
+class Hanging:
+    """Where a mass that swings would explain much of what is left over.
+
+    Parameters
+    ----------
+    link, axis : str
+        What it hangs on, and the axis of the link it swings along.
+    point : (3,) tuple [m]
+        Where on the link, in its axes.
+    mass_kg, frequency_hz, damping_ratio : float
+        Of the mass.
+    """
+
+    link: str
+    axis: str
+    point: tuple[float, float, float]
+    mass_kg: float
+    frequency_hz: float
+    damping_ratio: float
+
+
 @dataclass(frozen=True)
 class Scene:
     """What an effect may be attached to.
@@ -89,6 +111,8 @@ class Scene:
         Lines seen in the recordings, strongest first.
     ripples : tuple of Ripple
         Seen in what is left over, most likely ones of every joint.
+    hanging : tuple of Hanging
+        Masses that would explain most of what is left over, a few of every link and axis.
     preload_rad : dict of str to float [rad]
         Most that gravity twists each joint (``joint_marks``) in the poses that were recorded; of
         those that are missing it is not known.
@@ -99,6 +123,7 @@ class Scene:
     cell: CellModel
     lines_hz: tuple[float, ...] = ()
     ripples: tuple[Ripple, ...] = ()
+    hanging: tuple[Hanging, ...] = ()
     preload_rad: Mapping[str, float] = field(default_factory=dict)
 
     def is_preloaded(self, place: str, least_rad: float) -> bool:
@@ -149,6 +174,8 @@ class Effect(ABC):
     of_layout: ClassVar[bool] = False
     # Steps of a joint fit after which it is judged whether a start leads anywhere.
     first_steps: ClassVar[int] = 2
+    # It hangs at a point of a link, and where is sought before it is tried: ``Scene.hanging``.
+    hangs: ClassVar[bool] = False
     # Link or joint a picture shows it at, where it has no place of its own.
     shown_at: ClassVar[str] = ''
     # Parameters that are there only where they act; elsewhere they are neutral.

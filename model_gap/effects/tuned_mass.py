@@ -18,7 +18,7 @@ class TunedMass(DetailedEffect):
     """A mass m on a spring at a link: K = m ω_t², C = 2 ζ_t m ω_t.
 
     It hangs at the link's centre of mass and swings along one of its axes until a good fit frees
-    place and direction.
+    place and direction; where a place was sought, it begins there with both free.
     """
 
     type = 'tuned_mass'
@@ -26,6 +26,7 @@ class TunedMass(DetailedEffect):
     source = 'Den Hartog (1956), Mechanical Vibrations, sec. 3.2'
     point = ('at_x', 'at_y', 'at_z')
     turns = ('turn_1', 'turn_2')
+    hangs = True
     signature = 'an extra mode or notch at the same frequency in every pose'
     says = 'A mass of {mass:.3g} kg swings on {place} at {frequency:.3g} Hz'
     confused_with: ClassVar[Mapping[str, str]] = {
@@ -36,7 +37,12 @@ class TunedMass(DetailedEffect):
     @classmethod
     def instances(cls, scene: Scene) -> Sequence[Effect]:
         """Return one per moving body and axis."""
-        return [cls(link, axis) for link in moving_links(scene) for axis in AXES]
+        sought = {(item.link, item.axis) for item in scene.hanging}
+        return [
+            cls(link, axis, details=(link, axis) in sought)
+            for link in moving_links(scene)
+            for axis in AXES
+        ]
 
     def parameters(self, scene: Scene) -> tuple[EffectParameter, ...]:
         """Return mass, frequency and damping."""
@@ -60,7 +66,8 @@ class TunedMass(DetailedEffect):
 
     def probe(self, cell: CellModel, scene: Scene) -> tuple[CellModel, str] | None:
         """Return the place the mass pulls at: a mass too light to matter."""
-        hung = self.apply(cell, (1e-4, 20.0, 0.05), scene)
+        _, _, _, *place = self.starts(scene)[0]
+        hung = self.apply(cell, (1e-4, 20.0, 0.05, *place), scene)
         return hung, hung.spec.absorbers[-1].name
 
     def apply(self, cell: CellModel, values: Sequence[float], scene: Scene) -> CellModel:
@@ -91,6 +98,19 @@ class TunedMass(DetailedEffect):
         return self.few_starts(scene) if mass else ()
 
     def starts(self, scene: Scene) -> Sequence[Sequence[float]]:
-        """Return frequencies over the band, light and heavy."""
-        mass = max(0.3, 0.01 * arm_mass(scene))
-        return [(mass, float(f), 0.05) for f in np.geomspace(4.0, 50.0, 14)]
+        """Return where it was sought, else frequencies over the band at the link's centre."""
+        if not self.details:
+            return swinging(scene)
+        found = [
+            (item.mass_kg, item.frequency_hz, item.damping_ratio, *item.point, 0.0, 0.0)
+            for item in scene.hanging
+            if (item.link, item.axis) == (self.location, self.variant)
+        ]
+        place = (*centre(scene, str(self.location)), 0.0, 0.0)
+        return found or [(*start, *place) for start in swinging(scene)]
+
+
+def swinging(scene: Scene) -> list[tuple[float, float, float]]:
+    """Return mass, frequency and damping of what may hang on an arm: frequencies over the band."""
+    mass = max(0.3, 0.01 * arm_mass(scene))
+    return [(mass, float(f), 0.05) for f in np.geomspace(4.0, 50.0, 14)]

@@ -184,9 +184,17 @@ def descend(
     columns: Rows,
     iterations: int,
 ) -> Descent:
-    """Go down by damped Gauss-Newton steps, tolerances linear as ``columns`` say."""
+    """Go down by damped Gauss-Newton steps, tolerances linear as ``columns`` say.
+
+    Raises
+    ------
+    ModelError
+        What the arm does where it begins is beyond all numbers: no step leads away from there.
+    """
     rows = predictor.rows(hypothesis.cell())
     chi = predictor.weighting.misfit(rows)
+    if not np.isfinite(chi):
+        raise ModelError('response grows beyond all numbers', found=list(hypothesis.effects))
     best = first = objective(chi, hypothesis)
     gram = np.asarray(columns @ columns.T, dtype=float)
     for _ in range(iterations):

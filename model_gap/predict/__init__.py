@@ -7,6 +7,7 @@ in time, lines and transmission errors.
 from model_gap.predict.arm_change import ArmChange, forces, parts, stacked
 from model_gap.predict.changing import Changing, changing, response_change
 from model_gap.predict.driven import driven_motion
+from model_gap.predict.hung import at_point, hung, link_motions
 from model_gap.predict.joint_path import static_twist
 from model_gap.predict.linearised import linearised
 from model_gap.predict.predict import Predictor
@@ -21,11 +22,14 @@ __all__ = [
     'Changing',
     'Predictor',
     'Solved',
+    'at_point',
     'changing',
     'compile_laws',
     'driven_motion',
     'forces',
+    'hung',
     'linearised',
+    'link_motions',
     'parts',
     'response_change',
     'stacked',

@@ -13,6 +13,7 @@ from model_gap.search.steps import (
     fit_tolerances,
     screen_again,
     screen_catalogue,
+    seek_hanging,
     seek_lines,
     settle_best,
     stop_or_go_on,
@@ -24,6 +25,7 @@ Step = Callable[[Search], Search]
 # Each with the share of the round's work that is done after it.
 ROUND: tuple[tuple[Step, float], ...] = (
     (seek_lines, 0.1),
+    (seek_hanging, 0.12),
     (screen_catalogue, 0.25),
     (screen_again, 0.4),
     (fit_roughly, 0.65),
@@ -49,7 +51,7 @@ def run_search(
     search : Search
         As :meth:`Search.begin` gives it.
     progress : callable
-        Takes the fraction done.
+        Takes the fraction done; all of it is not said, for more may follow.
     first : callable
         Takes the search once tolerances are fitted.
     """
@@ -57,9 +59,7 @@ def run_search(
     first(search)
     while len(search.rounds) < search.settings.most_effects and not search.finished:
         search = run_round(search, progress)
-    search = confirm(search)
-    progress(1.0)
-    return search
+    return confirm(search)
 
 
 def tolerances_only(search: Search, first: Callable[[Search], None] = lambda _: None) -> Search:

@@ -273,8 +273,13 @@ def scaled(
 ) -> tuple[float, ...]:
     """Return starting values with the first one's distance from neutral scaled."""
     items = effect.parameters(base.scene)
-    if not items or 0.6 < amplitude < 1.4:
+    factor = growth_of(amplitude)
+    if not items or factor == 1.0:
         return tuple(values)
     first = items[0]
-    inner = first.inner(values[0]) * max(amplitude, 0.02)
-    return (first.value(inner), *values[1:])
+    return (first.value(first.inner(values[0]) * factor), *values[1:])
+
+
+def growth_of(amplitude: float) -> float:
+    """Return by what a start is made larger or smaller where it fits best with an amplitude."""
+    return 1.0 if 0.6 < amplitude < 1.4 else max(amplitude, 0.02)

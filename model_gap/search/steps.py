@@ -8,6 +8,7 @@ from model_gap.effects import same
 from model_gap.fit import Fit, fit, fit_some, tolerance_columns
 from model_gap.search.evidence_bound import evidence_bound, tolerance_excess
 from model_gap.search.generalise import generalised
+from model_gap.search.hanging import hanging
 from model_gap.search.joint_screening import screen_jointly
 from model_gap.search.lines import lines_left
 from model_gap.search.orders import orders_left
@@ -94,6 +95,17 @@ def seek_lines(search: Search) -> Search:
     search = search.with_data_about(hypothesis.cell())
     again = fit(hypothesis, search.data.fitting, relinearise=0)
     return replace(search, current=again.without_columns)
+
+
+def seek_hanging(search: Search) -> Search:
+    """Look where a mass that swings would explain most."""
+    if not any(kind.hangs for kind in search.settings.catalogue):
+        return search
+    current = search.fitted
+    # There the best are followed from, too, however far tolerances are distorted.
+    scene = replace(search.scene, hanging=hanging(current.hypothesis, search.data.loudest))
+    hypothesis = replace(current.hypothesis, scene=scene)
+    return replace(search, scene=scene, current=replace(current, hypothesis=hypothesis))
 
 
 def screen_catalogue(search: Search) -> Search:

@@ -17,6 +17,7 @@ from oma_identifier.time_axis import (
     BlockClock,
     BlockGate,
     count,
+    FarValues,
     GridRows,
     is_coarse,
     make_lattice,
@@ -28,6 +29,7 @@ from oma_identifier.time_axis import (
     SourceStream,
     tells_rate,
     tick_of,
+    TIME_AXIS,
     typical_step,
 )
 
@@ -75,6 +77,7 @@ class Source:
     flags: set[str] = field(default_factory=set)
     repeats: RepeatWatch = field(init=False)
     converter: ConverterWatch = field(init=False)
+    far_values: FarValues = field(init=False)
     gate: BlockGate = field(init=False)
     _scale: NDArray[np.float64] | None = None
     _steps: StepCount = field(default_factory=StepCount)
@@ -85,6 +88,7 @@ class Source:
         """Count what the gate sets aside where the stream counts; watch all channels."""
         self.repeats = RepeatWatch(len(self.channels))
         self.converter = ConverterWatch(len(self.channels))
+        self.far_values = FarValues(len(self.channels))
         self.gate = BlockGate(self.set_aside)
         scale = np.array([channel.scale for channel in self.channels])
         self._scale = None if (scale == 1.0).all() else scale
@@ -224,20 +228,30 @@ class Source:
         """
         grid_ns = step_ns * np.arange(n_rows, dtype=np.float64)
         held = self._near(start_ns, int(grid_ns[-1]), step_ns)
-        samples = self._timed(held, start_ns)
+        sent = self._without_far(held, start_ns, start_ns + round(n_rows * step_ns))
+        timed = self._timed(sent, start_ns)
+        samples = timed if sent is held else _recorded(timed)
         inside = _between(samples, start_ns, start_ns + round(n_rows * step_ns))
         fresh = self._unseen(samples, start_ns, start_ns + round(n_rows * step_ns))
         seen = measured(fresh.values)
         self.repeats.add(fresh.stamp_ns, seen)
         self.converter.add(fresh.stamp_ns, seen)
         self._follow_rate(inside.stamp_ns)
-        uniform = self.clock is not None or samples is not held
+        uniform = self.clock is not None or timed is not sent
         tick_ns = 0 if uniform else tick_of(samples.stamp_ns)
         lattice = make_lattice(samples, start_ns, self.period_ns, uniform=uniform, tick_ns=tick_ns)
         if lattice is None:
             return GridRows.nothing(n_rows, len(self.channels))
         self.jitter_std_s = lattice.jitter_std_s
         return on_grid(lattice, grid_ns, self.cutoff(step_ns))
+
+    def _without_far(self, held: OrderedSamples, start_ns: int, end_ns: int) -> OrderedSamples:
+        """Return samples with values far outside of all others as no numbers."""
+        far = self.far_values.mark(held.stamp_ns, held.values, start_ns, end_ns)
+        if not far.any():
+            return held
+        lost = np.array(np.nan, held.values.dtype)
+        return OrderedSamples(held.stamp_ns, np.where(far, lost, held.values))
 
     def _unseen(self, samples: OrderedSamples, start_ns: int, end_ns: int) -> OrderedSamples:
         """Return the samples of a stretch; where two join, each sample once and none left out.
@@ -255,6 +269,7 @@ class Source:
         self.stream.events.forget(before_ns)
         self.repeats.forget(before_ns)
         self.converter.forget(before_ns)
+        self.far_values.forget(before_ns)
         self.unclear_ns = [start for start in self.unclear_ns if start >= before_ns]
 
     def cutoff(self, step_ns: float) -> float:
@@ -268,7 +283,8 @@ class Source:
         if self.clock is not None and self.cutoff(step_ns) >= 1.0:
             same = abs(self.period_ns / step_ns - 1.0) < 1e-9
             if same:
-                return int(self.period_ns)
+                # What follows tells whether one far value is alone.
+                return int((1 + TIME_AXIS.rest_beside) * self.period_ns)
         return margin_ns(self.period_ns, self.cutoff(step_ns)) + self._reach_ns
 
     def _timed(self, held: OrderedSamples, start_ns: int) -> OrderedSamples:
@@ -333,6 +349,17 @@ def _mean_step(stamps: NDArray[np.int64]) -> float:
     typical = typical_step(steps)
     # Stamps in whole milliseconds may alternate between 2 and 3 of them.
     return float(np.mean(steps[steps < 1.51 * typical]))
+
+
+def _recorded(samples: OrderedSamples) -> OrderedSamples:
+    """Return the rows with any number: where there is none a recorder paused.
+
+    Of one channel alone a value that is lost and a pause look alike: it is lost.
+    """
+    kept = ~np.isnan(samples.values).all(axis=1)
+    if samples.values.shape[1] == 1 or kept.all():
+        return samples
+    return OrderedSamples(samples.stamp_ns[kept], samples.values[kept])
 
 
 def _between(samples: OrderedSamples, start_ns: int, end_ns: int) -> OrderedSamples:

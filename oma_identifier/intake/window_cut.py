@@ -30,7 +30,7 @@ from oma_identifier.quality import (
     EXCLUDING,
     is_damping_unsure,
 )
-from oma_identifier.time_axis import TIME_AXIS
+from oma_identifier.time_axis import FarValue, TIME_AXIS
 
 ADVICE = {
     'clipping': ' (choose a larger range, or shake less)',
@@ -148,17 +148,19 @@ def _qualities(
 ) -> list[ChannelQuality]:
     base = _source_quality(source, segment, rows, cut.lost, cut.filled)
     within = segment.time_ns(rows.start), segment.time_ns(rows.stop)
+    far = source.far_values.told(*within)
     repeated = source.repeats.flags(*within)
     converted = source.converter.flags(*within)
     bad = cut.bad | (cut.n_mended > INTAKE.most_mended * len(rows))
     n_mended = np.rint(cut.n_mended * _samples_per_row(source, segment)).astype(int)
     return [
-        _channel_quality(_with_mended(base, mended), channel, health, is_bad, found)
-        for channel, health, is_bad, mended, *found in zip(
+        _channel_quality(_with_lost(base, mended, told), channel, health, is_bad, found)
+        for channel, health, is_bad, mended, told, *found in zip(
             source.channels,
             examine(cut.values, cut.summary),
             bad.tolist(),
             n_mended.tolist(),
+            far,
             repeated,
             converted,
             strict=True,
@@ -170,8 +172,10 @@ def _samples_per_row(source: Source, segment: Segment) -> float:
     return segment.step_ns / source.period_ns if source.period_ns else 1.0
 
 
-def _with_mended(base: ChannelQuality, n_mended: int) -> ChannelQuality:
-    """Return the quality of a channel some of whose values were no numbers: as if not sent."""
+def _with_lost(base: ChannelQuality, n_mended: int, far: tuple[FarValue, ...]) -> ChannelQuality:
+    """Return the quality of a channel some of whose values are no measurements: as if not sent."""
+    if far:
+        base = replace(base, far_values=far)
     if not n_mended or 'missing' in base.flags:
         return base
     return replace(
@@ -241,6 +245,7 @@ def _channel_quality(
         n_reordered=base.n_reordered,
         measured_rate_hz=base.measured_rate_hz,
         jitter_std_s=base.jitter_std_s,
+        far_values=base.far_values,
         rms=health.rms,
         kurtosis=health.kurtosis,
         noise_rms=health.noise_rms,

@@ -267,6 +267,7 @@ def _joined_channel(first: ChannelQuality | None, second: ChannelQuality) -> Cha
         kurtosis=float(np.fmax(first.kurtosis, second.kurtosis)),
         noise_rms=float(np.fmax(first.noise_rms, second.noise_rms)),
         interrupted_ns=tuple(dict.fromkeys((*first.interrupted_ns, *second.interrupted_ns))),
+        far_values=tuple(dict.fromkeys((*first.far_values, *second.far_values))),
         excluded=first.excluded and second.excluded,
         flags=tuple(dict.fromkeys((*first.flags, *second.flags))),
     )

@@ -39,7 +39,7 @@ def with_means(
         Of one window, with ids: its poles stand for those above.
     """
     better = [each for each in means if _is_better(each, found, above_hz)]
-    joined = [_instead(each, found, above_hz) for each in better]
+    joined = _once([_instead(each, found, above_hz) for each in better])
     for index, mode in enumerate(found.modes):
         if mode.frequency_hz >= above_hz:
             continue
@@ -91,6 +91,13 @@ def _is_better(mean: MeanMode, found: Identified, above_hz: float) -> bool:
     # Strong modes above the rate of the samples have tails below: there windows are refined.
     plain = [mode.shape_std is None for mode in found.modes if mean.is_image(mode)]
     return mean.mode.shape_std is not None and len(plain) > 0 and all(plain)
+
+
+def _once(joined: Sequence[tuple[Mode, int]]) -> list[tuple[Mode, int]]:
+    """Return each mode of the record once, the least sure: tracks of windows may break."""
+    by_std = sorted(joined, key=lambda each: each[0].frequency_std_hz)
+    kept = {(origin, mode.frequency_hz): mode for mode, origin in by_std}
+    return [(mode, origin) for (origin, _), mode in kept.items()]
 
 
 def _instead(mean: MeanMode, found: Identified, above_hz: float) -> tuple[Mode, int]:

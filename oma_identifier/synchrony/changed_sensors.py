@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.synchrony.change_kind import change_kind, CHANGED, SHAPE
+from oma_identifier.synchrony.clock_drift import DRIFTS, drifts_of, without_drift
 from oma_identifier.synchrony.course_misfit import misfit, parted
 from oma_identifier.synchrony.peak_course import Course
 from oma_identifier.synchrony.sensor_peaks import Columns
@@ -67,8 +68,11 @@ def find_change(
         broken = tuple(
             name for name, hot in zip(columns, heat.suspects[:, place], strict=True) if hot
         )
-        return _doubtful(courses, columns, moments) or Change(
-            broken, SHAPE, *_when(courses, columns, broken[:1], moments)[::2], False
+        drifting = _drifting(courses, columns, moments)
+        return (
+            drifting
+            or _doubtful(courses, columns, moments)
+            or Change(broken, SHAPE, *_when(courses, columns, broken[:1], moments)[::2], False)
         )
     # The moments tried first are far apart: who changed is clearer at the true one.
     when = _when(courses, columns, out, moments)
@@ -76,6 +80,8 @@ def find_change(
     changed = [columns[name] for name in out]
     others = [own for name, own in columns.items() if name not in out]
     kind = change_kind(courses, changed, others, when[1])
+    if kind is None and (drifting := _drifting(courses, columns, moments)):
+        return drifting
     return Change(out, kind or SHAPE, when[0], when[2], kind is not None)
 
 
@@ -128,6 +134,17 @@ class _Heat:
         return [
             list(columns)[index] for index in np.argsort(-share, kind='stable')[:MOST_SUSPECTS]
         ]
+
+
+def _drifting(
+    courses: Sequence[Course], columns: Columns, moments: NDArray[np.int64]
+) -> Change | None:
+    """Return the sensor without whose clock's drift nothing breaks; None where there is none."""
+    for name, rate in drifts_of(courses, columns):
+        turned = [without_drift(course, columns[name], rate) for course in courses]
+        if not _Heat.of(turned, columns, moments).suspects.any():
+            return Change((name,), DRIFTS, int(moments[0]), int(moments[-1]), True)
+    return None
 
 
 def _doubtful(

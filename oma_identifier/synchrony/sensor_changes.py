@@ -15,7 +15,8 @@ from modal_core.window import Pose
 from oma_identifier.motion import Cleaned
 from oma_identifier.synchrony.change_kind import SHAPE
 from oma_identifier.synchrony.changed_sensors import Change, find_change
-from oma_identifier.synchrony.coherence import variance
+from oma_identifier.synchrony.clock_drift import DRIFTS
+from oma_identifier.synchrony.coherence import INCOHERENT, variance
 from oma_identifier.synchrony.in_step import columns_of, in_step
 from oma_identifier.synchrony.peak_course import Course, course_of
 from oma_identifier.synchrony.sensor_peaks import Peak
@@ -31,6 +32,7 @@ class SensorChanges:
     def __init__(self) -> None:
         self._changes: dict[str, Change] = {}
         self._unclear: Change | None = None
+        self._drifting: set[str] = set()
         self._names: tuple[str, ...] = ()
         self._courses: list[Course] = []
         self._pose: NDArray[np.float64] | None = None
@@ -59,12 +61,14 @@ class SensorChanges:
             self._courses = []
         if peaks and 'gross_motion' not in cleaned.flags:
             self._look(samples, peaks)
-        return self._marked(samples, cleaned) if self._changes or self._unclear else cleaned
+        is_odd = self._changes or self._unclear or self._drifting
+        return self._marked(samples, cleaned) if is_odd else cleaned
 
     def _forget(self, from_ns: int) -> None:
         """Forget what was found at times that come again: the clock was set back."""
         self._changes = {s: c for s, c in self._changes.items() if c.to_ns <= from_ns}
         self._courses, self._begin_ns, self._unclear = [], 0, None
+        self._drifting = set()
 
     def _is_in_place(self, pose: Pose | None) -> bool:
         before, self._pose = self._pose, None if pose is None else pose.position
@@ -81,7 +85,9 @@ class SensorChanges:
         moments = samples.start_ns + np.rint(np.array(MOMENTS) * length_ns).astype(np.int64)
         change = find_change(joined, columns_of(samples.channels), moments)
         self._unclear = change if change is not None and change.kind == SHAPE else None
-        if change is not None and change.kind != SHAPE:
+        if change is not None and change.kind == DRIFTS:
+            self._drifting |= set(change.sensors)
+        elif change is not None and change.kind != SHAPE:
             self._begin_ns = change.to_ns
             joined = [course.since(change.to_ns) for course in joined]
             self._changes |= {name: self._new(name, change) for name in change.sensors}
@@ -112,10 +118,17 @@ class SensorChanges:
         return dict.fromkeys(names, SHAPE)
 
     def _marked(self, samples: Samples, cleaned: Cleaned) -> Cleaned:
+        found = cleaned.channel_flags
+        if self._drifting:
+            # It is known why sensors have nothing in common.
+            found = {name: flag for name, flag in found.items() if flag != INCOHERENT}
         flags = self._unclear_flags(samples)
         since_ns: dict[str, int] = {}
         out: set[str] = set()
         for channel in samples.channels:
+            if channel.sensor in self._drifting:
+                flags[channel.name] = DRIFTS
+                out.add(channel.name)
             change = self._changes.get(channel.sensor)
             if change is not None and change.from_ns < samples.end_ns:
                 flags[channel.name], since_ns[channel.name] = change.kind, change.to_ns
@@ -132,7 +145,7 @@ class SensorChanges:
         return replace(
             cleaned,
             samples=replace(cleaned.samples, channels=channels),
-            channel_flags={**cleaned.channel_flags, **flags},
+            channel_flags={**found, **flags},
             since_ns=since_ns,
             left_out=tuple(dict.fromkeys((*cleaned.left_out, *out))),
         )

@@ -10,6 +10,7 @@ from oma_identifier.time_axis.block_clock import BlockClock
 from oma_identifier.time_axis.block_gate import BlockGate, Passed
 from oma_identifier.time_axis.candidates import Candidates
 from oma_identifier.time_axis.coarse_stamps import count, is_coarse, tick_of
+from oma_identifier.time_axis.far_values import FarValue, FarValues
 from oma_identifier.time_axis.gaps import longest_filled, measured, no_measurement
 from oma_identifier.time_axis.lattice import (
     GridRows,
@@ -35,6 +36,8 @@ __all__ = [
     'BlockClock',
     'BlockGate',
     'Candidates',
+    'FarValue',
+    'FarValues',
     'GridRows',
     'Lattice',
     'OrderedSamples',

@@ -13,6 +13,7 @@ import time
 import numpy as np
 import pytest
 
+from autonomous_modal_analysis import history
 from modal_core.errors import HistoryError, SettingsError
 from modal_core.mode import ModeSet
 from modal_core.numbers.indicators import mac
@@ -183,6 +184,28 @@ def test_ids_last_over_runs_although_each_counts_its_own(tmp_path):
         assert alone.id == 1 and alone.frequency_hz[0] > 45.0
         with pytest.raises(SettingsError, match='more than one robot'):
             reader.robot(None)
+
+
+def test_recordings_without_a_channel_in_common_are_told(tmp_path):
+    rng, path = np.random.default_rng(7), tmp_path / 'arm.history'
+    names = window(0, rng).modes.channel_names
+
+    def add(number, renamed):
+        given = window(number, rng)
+        modes = replace(given.modes, channel_names=renamed)
+        with HistoryWriter(path) as writer:
+            writer.add(ROBOT, [replace(given, modes=modes)])
+
+    other = tuple(f'tower {name}' for name in names)
+    for number, renamed in enumerate((names, other)):
+        add(number, renamed)
+    with HistoryReader(path) as reader:
+        assert reader.channel_groups(ALL) == (names, other)
+    assert 'no channel in common' in history(path).trends().headline()
+    add(2, (names[0], *other[1:]))
+    with HistoryReader(path) as reader:
+        assert len(reader.channel_groups(ALL)) == 1
+    assert 'no channel in common' not in history(path).trends().headline()
 
 
 def test_old_windows_go_and_the_rest_stays(filled):

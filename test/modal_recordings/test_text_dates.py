@@ -77,6 +77,16 @@ def test_whole_seconds_are_counted_out(tmp_path, rate_hz):
     assert any('several rows share each time' in note for note in recording.notes)
 
 
+def test_whole_seconds_with_a_pause_are_counted_out(tmp_path):
+    rate_hz, start = 51.3, DAY + timedelta(seconds=0.4)
+    path = put(tmp_path, start, '%Y-%m-%d %H:%M:%S', 1.0 / rate_hz, 4000, lost=slice(1510, 1910))
+    recording = open_recording(path)
+    assert recording.sample_rate_hz == pytest.approx(rate_hz, rel=1e-3)
+    true_s = seconds_since_1970(start) + np.delete(np.arange(4000), slice(1510, 1910)) / rate_hz
+    assert np.abs(recording.row_stamps_ns() * 1e-9 - true_s).max() < 2.5 / rate_hz
+    assert any('evenly spaced, with 1 pause,' in note for note in recording.notes)
+
+
 def test_whole_seconds_with_rows_lost_are_refused(tmp_path):
     path = put(tmp_path, DAY, '%Y-%m-%d %H:%M:%S', 0.01, 4000, lost=slice(1510, 1550))
     with pytest.raises(RecordingError, match='rows share times, and not evenly many do'):

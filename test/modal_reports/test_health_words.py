@@ -1,7 +1,7 @@
 """What is told of the channels of a recording: what most of its windows show, and no chance."""
 
 from modal_core.quality import ChannelQuality, DataQuality
-from modal_reports import interrupted_channels, poor_channels
+from modal_reports import far_channels, interrupted_channels, poor_channels
 
 
 def windows(*of_windows):
@@ -55,3 +55,15 @@ def test_when_a_channel_was_not_heard_is_told_once_for_windows_that_overlap():
     (line,) = interrupted_channels(out, 0)
     assert 'at 1.0 to 30.0 and 40.0 to 41.0 s (30 s in all, left out of 1 window)' in line
     assert interrupted_channels([window()], 0) == ()
+
+
+def test_far_values_are_told_once_for_windows_that_overlap():
+    def window(*far_values):
+        return DataQuality(channels=(ChannelQuality('a', far_values=far_values),))
+
+    sparks = [(9, 70.0 + n, 1) for n in range(4)]
+    found = [window((1, 9999.0, 3), (2, 9999.0, 4)), window((2, 9999.0, 4), *sparks)]
+    (line,) = far_channels(found)
+    assert line.startswith('a: 7 x 9999, 1 x ')
+    assert line.endswith('2 other values m/s^2, far outside of all else, taken as lost')
+    assert far_channels([window()]) == ()

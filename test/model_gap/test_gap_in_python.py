@@ -16,9 +16,20 @@ FEWEST = SearchSettings(catalogue=(JointStiffness, SensorGain), most_effects=1)
 
 
 @pytest.fixture(scope='module')
-def found(campaign_of, robot):
+def told():
+    """The fractions done, as they were told."""
+    return []
+
+
+@pytest.fixture(scope='module')
+def found(campaign_of, robot, told):
     hidden = [{'type': 'joint_stiffness', 'joint': 'joint_2', 'factor': 0.7}]
-    return ama.gap(campaign_of(hidden, SEED), robot, settings=FEWEST)
+    campaign = campaign_of(hidden, SEED)
+    return ama.gap(campaign, robot, settings=FEWEST, progress=told.append)
+
+
+def test_all_is_done_only_at_the_end(found, told):
+    assert told[-1] == 1.0 and max(told[:-1]) < 1.0
 
 
 def test_the_hidden_effect_is_named_with_its_value(found):

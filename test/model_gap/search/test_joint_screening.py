@@ -10,6 +10,7 @@ from model_gap.campaign.read_campaign import read_campaign
 from model_gap.effects import CATALOGUE, Scene
 from model_gap.effects.base_compliance import BaseCompliance
 from model_gap.effects.cable import Cable
+from model_gap.effects.effect import Effect, EffectParameter
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.link_flexibility import LinkFlexibility
 from model_gap.effects.payload import Payload
@@ -194,6 +195,31 @@ def test_an_arm_that_is_not_possible_is_left_out(search):
     possible, impossible = fits(lambda start: fit(start, predictor, relinearise=0), starts)
     assert impossible is None
     assert [effect.key for effect in possible.hypothesis.effects] == [flange.key]
+
+
+class Endless(Effect):
+    """What the sensors read grows beyond all numbers."""
+
+    type = 'endless'
+
+    @classmethod
+    def instances(cls, scene):
+        return [cls()]
+
+    def parameters(self, scene):
+        return (EffectParameter('factor', '1', 1.0, 0.0, 2.0, neutral=1.0),)
+
+    def apply(self, cell, values, scene):
+        return cell.then_output(lambda omega, spectra: np.full_like(spectra, np.inf))
+
+
+def test_a_start_whose_response_is_endless_is_left_out(search):
+    """Steps from there lead to numbers that are none."""
+    predictor = search.data.loudest
+    start = search.nominal.with_effect(Endless(), (1.0,))
+    with np.errstate(invalid='ignore', over='ignore'):
+        found = fits(lambda it: fit(it, predictor, relinearise=0), [start])
+    assert found == [None]
 
 
 @pytest.mark.slow

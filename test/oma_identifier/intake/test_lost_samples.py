@@ -198,3 +198,35 @@ def test_gaps_are_filled_by_what_surprises_least(length):
     assert np.array_equal(filled[~missing], signal[~missing])
     error = np.sqrt(np.mean((filled - signal)[missing] ** 2))
     assert error < 0.1 * signal.std(), f'seed {SEED}'
+
+
+@pytest.mark.parametrize('as_blocks', [False, True])
+def test_placeholders_of_lost_samples_are_as_if_these_had_not_come(responses, as_blocks):
+    """A pause of all channels splits the record; what one lost for a moment is filled in."""
+    data = responses(24.0)[:, :3]
+    rows = np.arange(len(data))
+    written = data.copy()
+    paused = (rows >= 2000) & (rows < 2600)
+    lost = np.isin(rows, [400, 401, 1130, 1131, 3333])
+    written[paused] = 9999.0
+    written[lost, 1] = 9999.0
+
+    def windows(data, kept):
+        messages = sent(data, kept, 'imu')
+        if as_blocks:
+            names = tuple('xyz')
+            messages = [
+                SampleBlock('daq', START + round(i / RATE_HZ * 1e9), i, RATE_HZ, names, part)
+                for i, part in zip(rows[::50], np.split(data, rows[50::50]), strict=True)
+            ]
+        pipeline = IdentificationPipeline(IdentificationSettings(window_s=8.0))
+        for message in messages:
+            pipeline.add(message)
+        return [*pipeline.windows(), *pipeline.finish()]
+
+    found = windows(written, np.ones(len(data), dtype=bool))
+    far = {each[1:] for window in found for each in window.quality.channels[1].far_values}
+    assert {value for value, _ in far} == {9999.0}
+    assert all(np.abs(window.samples.acceleration).max() < 100.0 for window in found)
+    assert len(found) > 1
+    assert not any('not_finite' in each.flags for w in found for each in w.quality.channels)

@@ -10,7 +10,8 @@ from benchmarks.families.family import FAMILIES
 from benchmarks.families.ours import ours
 from modal_core.mode import Mode, ModeSet
 from oma_identifier.record.window_means import WindowMeans
-from oma_identifier.record.with_means import without_mixtures
+from oma_identifier.record.with_means import with_means, without_mixtures
+from oma_identifier.selection import Identified, no_poles
 
 SEED, N_CHANNELS, N_WINDOWS = 15, 12, 12
 NAMES = tuple(f'ch{i + 1}' for i in range(N_CHANNELS))
@@ -84,6 +85,16 @@ def test_windows_that_take_one_of_two_broad_modes_for_the_other_do_not_move_it(s
     assert without_mixtures([mixed], ModeSet((record,), NAMES)) == []
     unsure = replace(record, damping_ratio_std=2.5e-3)
     assert without_mixtures([mixed], ModeSet((unsure,), NAMES)) == [mixed]
+
+
+def test_a_mode_whose_track_breaks_in_two_stands_once(shapes):
+    modes = ModeSet((mode(4.0, 0.02, shapes[:, 0]),), NAMES)
+    record = Identified(modes, ModeSet((), NAMES), no_poles(N_CHANNELS))
+    early = mean_of(4.0 * np.linspace(0.98, 1.0, N_WINDOWS), 0.015, [shapes[:, 0]] * N_WINDOWS)
+    late = mean_of(4.0 * np.linspace(1.0, 1.01, N_WINDOWS), 0.015, [shapes[:, 0]] * N_WINDOWS)
+    for means in ([early, late], [late, early]):
+        (only,) = with_means(record, means).modes
+        assert only.frequency_std_hz == pytest.approx(4.0 * early.between, rel=0.1)
 
 
 def test_windows_that_smear_a_drifting_mode_do_not_tell_its_damping(shapes):

@@ -1,5 +1,7 @@
 """Sensors that change within a record are named, left out meanwhile, and told apart since."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from oma_identifier.node.findings import quality_findings
 from oma_identifier.pipeline import IdentificationPipeline
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.synchrony import CHANGES, SensorChanges, Synchroniser
+from oma_identifier.time_axis import interpolate
 
 SEED = 52_300
 RATE_HZ = 200.0
@@ -236,3 +239,30 @@ def test_diagnostics_say_since_when(record):
     told = dict(quality_findings(last.quality))
     since_s = float(told['GAIN_CHANGED'].split()[-2])
     assert abs(since_s - 24.0) < 2.5, f'seed {SEED}: {told}'
+
+
+def drifting(samples, columns, rate):
+    """Return samples of which some channels have a clock that is too fast."""
+    values = samples.acceleration.copy()
+    at = np.arange(len(values)) * (1.0 - rate)
+    values[:, columns] = interpolate(values[:, columns], at)
+    return replace(samples, acceleration=values)
+
+
+@pytest.mark.parametrize('rate', [3e-4, -2e-4])
+@pytest.mark.parametrize('columns', [slice(0, 12), slice(6, 12)])
+def test_a_clock_that_drifts_is_told_and_its_sensor_left_out(record, rate, columns):
+    samples = record(11, columns=columns)
+    tool = [n for n, c in enumerate(samples.channels) if c.sensor == 'tool']
+    other = [n for n, c in enumerate(samples.channels) if c.sensor == samples.channels[0].sensor]
+    eyes = Eyes()
+    seen = drifting(samples, tool, rate)
+    found = [eyes(seen, first_s) for first_s in (0.0, 20.0, 40.0)]
+    flags = {n for n, flag in found[-1].channel_flags.items() if flag == 'clock_drifts'}
+    # Of two sensors either may be the one.
+    assert flags in ({samples.channels[n].name for n in each} for each in (tool, other))
+    if len(samples.channels) > 6:
+        assert flags == {samples.channels[n].name for n in tool}
+    assert not flags & set(found[-1].samples.channel_names)
+    steady = Eyes()
+    assert not any(steady(samples, first_s).channel_flags for first_s in (0.0, 20.0, 40.0))
