@@ -75,10 +75,12 @@ def _likelihood(
     """Return how well the others explain a sensor whose clock has such a rate, (n_rates,)."""
     values = course.values[:, own]
     known = np.linalg.svd(course.values[:, others], full_matrices=False)[0][:, :RANK]
-    turned = _turns(course, rates)[:, :, None] * values
-    explained = np.abs(known.conj().T @ turned) ** 2
+    # One product for all rates.
+    pairs = (known.conj()[:, :, None] * values[:, None, :]).reshape(len(values), -1)
+    explained = np.abs(_turns(course, rates) @ pairs) ** 2
+    explained = explained.reshape(len(rates), known.shape[1], len(own)).sum(axis=1)
     power = np.sum(np.abs(values) ** 2, axis=0)
-    left = np.maximum(power - explained.sum(axis=1), 0.0) + 1e-9 * power + 1e-300
+    left = np.maximum(power - explained, 0.0) + 1e-9 * power + 1e-300
     return np.asarray(-len(values) * np.log(left).sum(axis=1))
 
 
