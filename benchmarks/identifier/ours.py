@@ -3,7 +3,8 @@
 A factory imports and returns the function of (rows, sample rate [Hz]) whose cost counts.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +43,7 @@ def ssi_cov(n_references: int) -> Call:
 
 def ssi_cov_std(which: str) -> Call:
     """Poles of all orders, step 1, with 6 references; σ of `all`, of one a `mode`, of `none`."""
+    from benchmarks.identifier.plant import FREQUENCY_HZ
     from oma_identifier.covariance import CovarianceAccumulator
     from oma_identifier.subspace import (
         deviation_from,
@@ -69,7 +71,7 @@ def ssi_cov_std(which: str) -> Call:
         if which == 'none':
             return Found(poles=(raw.model_order, poles))
         if which == 'mode':
-            wanted = _one_a_mode(raw.model_order, poles, wanted)
+            wanted = _one_a_mode(raw.model_order, poles, wanted, FREQUENCY_HZ)
         sensitivity = PoleSensitivity(system)
         deviations = []
         for order in np.unique(raw.model_order[wanted]):
@@ -88,14 +90,15 @@ def ssi_cov_std(which: str) -> Call:
 
 
 def _one_a_mode(
-    order: NDArray[np.int64], poles: NDArray[np.complex128], wanted: NDArray[np.int64]
+    order: NDArray[np.int64],
+    poles: NDArray[np.complex128],
+    wanted: NDArray[np.int64],
+    true_hz: Sequence[float],
 ) -> NDArray[np.int64]:
     """Return the poles of the highest order that are nearest to the modes of the plant."""
-    from benchmarks.identifier.plant import FREQUENCY_HZ
-
     last = wanted[order[wanted] == ORDER]
     hz = np.abs(poles[last]) / (2.0 * np.pi)
-    return last[[int(np.argmin(np.abs(hz - truth))) for truth in FREQUENCY_HZ]]
+    return last[[int(np.argmin(np.abs(hz - truth))) for truth in true_hz]]
 
 
 def ssi_data(n_references: int) -> Call:
@@ -123,6 +126,10 @@ def method(name: str) -> Call:
     """A method as a user calls it: modes out, nothing handed over."""
     from modal_core.samples import Samples
     from oma_identifier.methods import identify_by
+
+    # Loaded when first needed, as the peer's are on import: a process pays for them once.
+    for module in ('scipy.optimize', 'scipy.signal', 'scipy.stats'):
+        import_module(module)
 
     def call(rows: NDArray[np.float64], rate_hz: float) -> Found:
         modes = identify_by(name, Samples(rows, rate_hz, names(rows.shape[1]))).modes
