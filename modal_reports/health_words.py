@@ -1,7 +1,7 @@
 """The health of data in words: of a window, and what was found on a channel."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from modal_core.quality import ChannelQuality, DataQuality
 from modal_core.words.flag_words import flag_words
@@ -97,8 +97,7 @@ def interrupted_channels(windows: Sequence[DataQuality], start_ns: int) -> tuple
         if not spans:
             continue
         times = [f'{1e-9 * (a - start_ns):.1f} to {1e-9 * (b - start_ns):.1f}' for a, b in spans]
-        more = len(times) - MOST_TIMES
-        when = listed([*times[:MOST_TIMES], *([f'{more} times more'] if more > 0 else [])])
+        when = _the_first(times, lambda more: f'{more} times more')
         seconds = 1e-9 * sum(b - a for a, b in spans)
         out = sum(each.excluded for each in found if each.interrupted_ns)
         kept = f'left out of {count(out, "window")}' if out else 'filled in from the others'
@@ -124,9 +123,8 @@ def far_channels(windows: Sequence[DataQuality]) -> tuple[str, ...]:
             counts[value] += n_samples
         if not counts:
             continue
-        said = [f'{n} x {value:.5g}' for value, n in counts.most_common(MOST_TIMES)]
-        more = len(counts) - MOST_TIMES
-        which = listed([*said, *([f'{count(more, "other value")}'] if more > 0 else [])])
+        said = [f'{n} x {value:.5g}' for value, n in counts.most_common()]
+        which = _the_first(said, lambda more: count(more, 'other value'))
         lines.append(f'{name}: {which} {found[0].unit}, far outside of all else, taken as lost')
     return tuple(lines)
 
@@ -150,6 +148,12 @@ def lone_channels(windows: Sequence[DataQuality]) -> tuple[str, ...]:
         f'{listed(names)}: the clock is wrong, the mount loose, or a part swings by itself, as a'
         ' load on a rope; check both, and identify what is left out alone to see how it moves',
     )
+
+
+def _the_first(said: Sequence[str], rest: Callable[[int], str]) -> str:
+    """Return the first of what there is to say, and of how many the rest is."""
+    more = len(said) - MOST_TIMES
+    return listed([*said[:MOST_TIMES], *([rest(more)] if more > 0 else [])])
 
 
 def _joined(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:

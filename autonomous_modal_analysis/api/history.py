@@ -29,7 +29,7 @@ from modal_history.trend import COLUMNS, Trend
 from modal_reports import count, DAMPING, FREQUENCY, listed
 
 MOST_NAMED = 3
-"""Channels of a group named one by one."""
+"""Channels of a group named one by one: those of a sensor of three axes."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,7 +56,7 @@ class Trends(Result):
         said = f'{count(len(self.trends), "mode")} of {self.robot or "a robot"}, {n} estimates'
         if len(self.channel_groups) < 2:
             return said
-        groups = '; '.join(listed(_some(group)) for group in self.channel_groups)
+        groups = '; '.join(listed(group, MOST_NAMED) for group in self.channel_groups)
         return (
             f'{said}\nnote: recordings with no channel in common ({groups}): modes are the same by'
             ' frequency alone; another structure wants a history, or a name, of its own'
@@ -414,8 +414,3 @@ def _middle(quantity: Any, values: Any) -> str:
     """Return the median with the scatter of the single estimates."""
     middle = float(np.median(values))
     return str(quantity.number(middle, 1.4826 * float(np.median(np.abs(values - middle)))))
-
-
-def _some(names: Sequence[str]) -> list[str]:
-    more = len(names) - MOST_NAMED
-    return [*names[:MOST_NAMED], *([f'{more} more'] if more > 0 else [])]

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 import json
+import math
 import threading
 import time
 
@@ -42,8 +43,6 @@ LINE_EVERY_S = 10.0
 """Chosen: a log of an hour has 360 lines, and nobody thinks that the work has died."""
 LEAST_DONE = 0.02
 """From this part on the time that is left is told: of less it would be a guess."""
-WHOLE_S = 1e6
-"""The time left follows from all that was done: a stage of seconds says nothing of minutes."""
 
 
 def narrow_table(title: str) -> Table:
@@ -90,7 +89,8 @@ def stages_bar(text: str) -> Iterator[StageCallback]:
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
-    bar = Progress(*columns, console=MESSAGES, transient=True, speed_estimate_period=WHOLE_S)
+    # The time left follows from all that was done: a stage of seconds says nothing of minutes.
+    bar = Progress(*columns, console=MESSAGES, transient=True, speed_estimate_period=math.inf)
     with bar as progress:
         task = progress.add_task(escape(text), total=1.0)
 

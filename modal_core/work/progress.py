@@ -2,10 +2,7 @@
 
 from collections.abc import Callable
 
-# Takes the fraction done, 0..1.
-Progress = Callable[[float], None]
 
-
-def as_much_again(progress: Progress) -> Progress:
+def as_much_again(progress: Callable[[float], None]) -> Callable[[float], None]:
     """Return what takes the fraction done of work that follows and is as long: half is done."""
     return lambda done: progress(0.5 + 0.5 * done)

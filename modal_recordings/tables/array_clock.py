@@ -106,8 +106,9 @@ def array_clock(
         if _is_uniform(time_s, stated_hz):
             return ArrayClock(stated_hz, None, options.start_ns, notes)
     elif _is_counted(path, time_s, measured_hz):
-        n_pauses = len(unpaused(time_s)) - 1 - n_anew
-        time_s = evenly_shared_s(time_s, 1.0 / measured_hz)
+        parts = unpaused(time_s)
+        n_pauses = len(parts) - 1 - n_anew
+        time_s = evenly_shared_s(time_s, 1.0 / measured_hz, parts)
         pauses = f', with {n_pauses} {"pauses" if n_pauses > 1 else "pause"}' if n_pauses else ''
         notes += (
             f'several rows share each time: taken as evenly spaced{pauses}, {measured_hz:.6g} Hz',

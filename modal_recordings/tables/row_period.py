@@ -1,5 +1,6 @@
 """The period of rows from their times, however coarse the times are and whatever is missing."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -88,13 +89,13 @@ def unpaused(time_s: Array) -> list[slice]:
     return [slice(first, last) for first, last in pairwise(edges)]
 
 
-def evenly_shared_s(time_s: Array, period_s: float) -> Array:
+def evenly_shared_s(time_s: Array, period_s: float, parts: Sequence[slice]) -> Array:
     """Return times of evenly spaced rows; the first in a part that has a new time has it.
 
-    Of a part in which none has, its first row does.
+    Of a part in which none has, its first row does.  Parts are those of :func:`unpaused`.
     """
     even = np.empty(len(time_s))
-    for rows in unpaused(time_s):
+    for rows in parts:
         first = int(_changes(time_s, rows)[:1].sum()) or rows.start
         even[rows] = time_s[first] + (np.arange(rows.start, rows.stop) - first) * period_s
     return even

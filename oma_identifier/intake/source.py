@@ -227,12 +227,13 @@ class Source:
             Step of the grid.
         """
         grid_ns = step_ns * np.arange(n_rows, dtype=np.float64)
+        end_ns = start_ns + round(n_rows * step_ns)
         held = self._near(start_ns, int(grid_ns[-1]), step_ns)
-        sent = self._without_far(held, start_ns, start_ns + round(n_rows * step_ns))
+        sent = self._without_far(held, start_ns, end_ns)
         timed = self._timed(sent, start_ns)
         samples = timed if sent is held else _recorded(timed)
-        inside = _between(samples, start_ns, start_ns + round(n_rows * step_ns))
-        fresh = self._unseen(samples, start_ns, start_ns + round(n_rows * step_ns))
+        inside = _between(samples, start_ns, end_ns)
+        fresh = self._unseen(samples, start_ns, end_ns)
         seen = measured(fresh.values)
         self.repeats.add(fresh.stamp_ns, seen)
         self.converter.add(fresh.stamp_ns, seen)

@@ -21,12 +21,16 @@ from oma_identifier.synchrony.sensor_peaks import Columns
 
 DRIFTS = 'clock_drifts'
 LARGEST_DRIFT = 2e-3
-"""Relative; clocks of quartz differ by up to 2e-4, those of plain RC oscillators more."""
+"""Relative; ten times what two clocks of quartz, of 100 ppm each, differ by."""
 STEP_RAD = 0.3
-"""Radians between two rates that are tried, at the end of the highest peak's course."""
+"""Between two rates that are tried, at the end of the highest peak's course: half of it leaves
+0.2 % of the power unexplained, the variance of phases along that way."""
 MOST_RATES = 4001
+"""Bounds memory, 51 MB for a course of 800 moments; coarser than that from 400 Hz over two minutes
+on."""
 LEAST_TURN_RAD = 1.0
-"""Radians that phases of the highest peak turn by, at least, for a drift to be told."""
+"""Least turn of the phases of the highest peak for a drift to be told: of less a steady delay
+leaves 8 % of the power unexplained at most, the variance of phases along that way."""
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -50,14 +54,18 @@ def drifts_of(courses: Sequence[Course], columns: Columns) -> list[tuple[str, fl
     turn = 2.0 * math.pi * highest_hz * span_s
     n_rates = min(MOST_RATES, 2 * math.ceil(LARGEST_DRIFT * turn / STEP_RAD) + 1)
     rates = np.linspace(-LARGEST_DRIFT, LARGEST_DRIFT, n_rates)
+    asked = names if len(names) > 2 else names[:1]
+    likelihood = np.zeros((len(asked), n_rates))
+    for course in courses:
+        turns = _turns(course, rates)
+        for row, name in enumerate(asked):
+            others = np.concatenate([each for other, each in columns.items() if other != name])
+            likelihood[row] += _likelihood(course, columns[name], others, turns)
     found = []
-    for name in names if len(names) > 2 else names[:1]:
-        own = columns[name]
-        others = np.concatenate([each for other, each in columns.items() if other != name])
-        likelihood = np.sum([_likelihood(c, own, others, rates) for c in courses], axis=0)
-        best = int(np.argmax(likelihood))
+    for name, of_rates in zip(asked, likelihood, strict=True):
+        best = int(np.argmax(of_rates))
         if 0 < best < n_rates - 1 and abs(rates[best]) * turn > LEAST_TURN_RAD:
-            gain = float(likelihood[best] - likelihood[n_rates // 2])
+            gain = float(of_rates[best] - of_rates[n_rates // 2])
             found.append((gain, name, float(rates[best])))
     return [(name, rate) for _, name, rate in sorted(found, reverse=True)]
 
@@ -70,15 +78,15 @@ def without_drift(course: Course, own: NDArray[np.int64], rate: float) -> Course
 
 
 def _likelihood(
-    course: Course, own: NDArray[np.int64], others: NDArray[np.int64], rates: Real
+    course: Course, own: NDArray[np.int64], others: NDArray[np.int64], turns: Complex
 ) -> Real:
-    """Return how well the others explain a sensor whose clock has such a rate, (n_rates,)."""
+    """Return how well the others explain a sensor with its phases turned so, (n_rates,)."""
     values = course.values[:, own]
     known = np.linalg.svd(course.values[:, others], full_matrices=False)[0][:, :RANK]
     # One product for all rates.
     pairs = (known.conj()[:, :, None] * values[:, None, :]).reshape(len(values), -1)
-    explained = np.abs(_turns(course, rates) @ pairs) ** 2
-    explained = explained.reshape(len(rates), known.shape[1], len(own)).sum(axis=1)
+    explained = np.abs(turns @ pairs) ** 2
+    explained = explained.reshape(len(turns), known.shape[1], len(own)).sum(axis=1)
     power = np.sum(np.abs(values) ** 2, axis=0)
     left = np.maximum(power - explained, 0.0) + 1e-9 * power + 1e-300
     return np.asarray(-len(values) * np.log(left).sum(axis=1))

@@ -17,10 +17,12 @@ from oma_identifier.time_axis.gaps import Mask
 from oma_identifier.time_axis.thresholds import TIME_AXIS
 
 LOOKED_AT = 128
-"""Rows that tell where the middle of a channel is, about."""
+"""Rows that tell where the middle of a channel is: the median of so many Gaussian ones scatters by
+0.11 of their deviation."""
 
 MOST_SEEN = 256
-"""Values that are remembered in case they come again, and of a channel that came again."""
+"""Values that are remembered in case they come again, and of a channel that came again.  Bounds
+memory: of a recorder there are one or two."""
 
 Real = NDArray[np.floating]
 FarValue = tuple[int, float, int]
