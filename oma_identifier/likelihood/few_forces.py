@@ -54,7 +54,7 @@ def count_forces(values: Complex) -> int:
     if n_blocks < 1 or n_channels < 3:
         return 0
     blocks = values[: n_blocks * length].reshape(n_blocks, length, n_channels)
-    covariance = np.einsum('bkc,bkd->bcd', blocks, blocks.conj()) / length
+    covariance = blocks.transpose(0, 2, 1) @ blocks.conj() / length
     ridge = 1e-12 * np.einsum('bcc->b', covariance).real / n_channels
     covariance += ridge[:, None, None] * np.eye(n_channels)
     inverse = np.linalg.inv(covariance)

@@ -177,12 +177,17 @@ def n_driving_forces(
     """
     bands = [(group, band_lines(spectra, start, group, usable)) for group in groups]
     bands = [(group, lines) for group, lines in bands if _enough(lines, group)]
-    counts = [_n_seen(spectra, lines) for _, lines in bands]
-    told = [count for count in counts if count]
-    n_forces = int(np.ceil(np.median(told))) + LIKELIHOOD.more_forces if told else 0
     # Of more than half as many the force is described as well by its own entries.
-    if not 0 < 2 * n_forces <= len(start.frequency_hz):
+    most = len(start.frequency_hz) // 2 - LIKELIHOOD.more_forces
+    told: list[int] = []
+    for _, lines in bands:
+        told += [count] if (count := _n_seen(spectra, lines)) else []
+        if 2 * sum(count > most for count in told) > len(bands):
+            return 0
+    usual = math.ceil(np.median(told)) if told else most + 1
+    if usual > most:
         return 0
+    n_forces = usual + LIKELIHOOD.more_forces
     found = []
     for group, lines in bands:
         band, _ = reduce_band(spectra, start, group, lines, SlopePrior(), few_forces=True)
@@ -192,7 +197,7 @@ def n_driving_forces(
 
 def _n_seen(spectra: Spectra, lines: NDArray[np.intp]) -> int:
     """Return how many forces some lines of all channels show; 0 where too few tell."""
-    return count_forces(spectra.combined(np.eye(len(spectra.values)), lines).T)
+    return count_forces(spectra.at(lines).T.astype(np.complex128))
 
 
 def _enough(lines: NDArray[np.intp], group: list[ModeIndex]) -> bool:

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import dct, idct, rfft
+from scipy.fft import dct, idct, next_fast_len, rfft
 from scipy.interpolate import BSpline, CubicSpline, make_lsq_spline
 
 from modal_core.samples import Samples
@@ -240,14 +240,14 @@ def _ridge(rows: Real, rate_hz: float) -> tuple[Real, Real, float, float]:
     length = int(np.sqrt(duration_s / fastest_hz) * rate_hz)
     length = max(LEAST_FRAME, min(length, len(rows) // FEWEST_FRAMES))
     starts = np.arange(0, len(rows) - length + 1, max(1, length // 4))
-    taper = np.hanning(length)[:, None]
+    taper, padded = np.hanning(length)[:, None], next_fast_len(2 * length, real=True)
     power = np.stack(
         [
-            np.sum(np.abs(rfft(rows[first : first + length] * taper, 2 * length, axis=0)) ** 2, 1)
+            np.sum(np.abs(rfft(rows[first : first + length] * taper, padded, axis=0)) ** 2, 1)
             for first in starts
         ]
     )
-    hz = np.arange(power.shape[1]) * rate_hz / (2 * length)
+    hz = np.arange(power.shape[1]) * rate_hz / padded
     level = np.log(np.maximum(power, np.finfo(float).tiny))
     level -= np.median(level, axis=0)
     level -= np.median(level, axis=1)[:, None]

@@ -93,7 +93,8 @@ class Left:
 
 def usual(values: Real) -> Real:
     """Return what is usual over the blocks, the first axis."""
-    return np.asarray(np.quantile(values, USUAL, axis=0))
+    place = int(USUAL * (len(values) - 1))
+    return np.asarray(np.partition(values, place, axis=0)[place])
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +121,9 @@ class Regressors:
         n_all = len(samples.acceleration)
         low, high = max(0, first), min(n_all, last + 2 * self.n_lags)
         rows = samples.acceleration[low:high][:, self.channels].astype(np.float64)
-        rows = np.pad(rows, ((low - first, last + 2 * self.n_lags - high), (0, 0)), mode='edge')
+        outside = low - first, last + 2 * self.n_lags - high
+        if any(outside):
+            rows = np.pad(rows, (outside, (0, 0)), mode='edge')
         count = last - first
         return np.concatenate([rows[k : k + count] for k in range(2 * self.n_lags + 1)], axis=1)
 
@@ -192,21 +195,24 @@ class BlockRegression:
         if foreign.all():
             return weights
         inverse = np.linalg.inv(among)
+        row_of = {place: row for row, place in enumerate(targets.tolist())}
+        channel = columns % len(self.channels)
         for places in own:
-            mine = np.flatnonzero(np.isin(columns % len(self.channels), places))
+            mine = np.flatnonzero((channel == places[:, None]).any(axis=0))
             if not len(mine):
                 continue
             rows = -np.linalg.solve(inverse[np.ix_(mine, mine)], inverse[mine])
             rows[:, mine] = 0.0
-            at = {int(column): place for place, column in enumerate(columns[mine])}
-            for row in np.flatnonzero(np.isin(targets, places)):
-                weights[row, columns] = rows[at[int(self._target(targets[row]))]]
+            at = np.searchsorted(columns[mine], self._target(places))
+            for place, row in zip(places.tolist(), rows[at], strict=True):
+                if place in row_of:
+                    weights[row_of[place], columns] = row
         return weights
 
     def left(self, weights: Real, targets: Places) -> Left:
         """Return what predictions leave of their channels."""
         at = self._target(targets)
-        said = np.einsum('bij,cj->bci', self._products, weights, optimize=True)
+        said = weights @ self._products
         return Left(
             self._products[:, at, at],
             np.einsum('bci,ci->bc', said, weights),

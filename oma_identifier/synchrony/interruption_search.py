@@ -91,7 +91,8 @@ class InterruptionSearch:
         every = [own for own in self._sensors if self._regression.is_live[own].all()]
         active, out = list(every), list[Places]()
         while len(active) > SYNCHRONY.fewest_witnesses:
-            marked, _ = self._look(active)
+            weights, left = self._fit(active)
+            marked, _ = self._look(active, left)
             if not out:
                 marked |= self._no_longer(active)
             if not marked.any():
@@ -103,20 +104,23 @@ class InterruptionSearch:
         if 2 * len(out) > len(every):
             return {}
         others = np.concatenate(active)
-        weights, left = self._regression.robust(others, active, others)
         self._remember(others, weights, left)
         calm = left.surprise(left.loudness).mean(axis=1) < SYNCHRONY.others_go_on
         return self._of_those(out, others, calm, left.loudness)
 
-    def _look(self, active: list[Places]) -> tuple[Marks, Marks]:
+    def _fit(self, active: list[Places]) -> tuple[Real, Left]:
+        """Return how each sensor follows the other ones, and what that leaves."""
+        others = np.concatenate(active)
+        return self._regression.robust(others, active, others)
+
+    def _look(self, active: list[Places], left: Left) -> tuple[Marks, Marks]:
         """Return which sensors break in which blocks, and which lack what others say there.
 
         Of (n_sensors, n_blocks).
         """
-        others = np.concatenate(active)
-        _, left = self._regression.robust(others, active, others)
         lacking = _is_lacking(left)
-        self._lost = dict(zip(others.tolist(), _is_lost(left), strict=True))
+        places = np.concatenate(active).tolist()
+        self._lost = dict(zip(places, _is_lost(left), strict=True))
         marked = _is_told(left) & lacking & (left.surprise(left.loudness) > SYNCHRONY.surprising)
         return _by_sensor(marked, active), _by_sensor(lacking, active)
 
@@ -136,7 +140,7 @@ class InterruptionSearch:
 
         def broken_without(number: int) -> tuple[int, int]:
             rest = [own for k, own in enumerate(active) if k != number]
-            broken, lacking = self._look(rest)
+            broken, lacking = self._look(rest, self._fit(rest)[1])
             broken |= lacking & np.delete(marked, number, axis=0)
             return int(broken.sum()), -int(count[number])
 
