@@ -1,8 +1,7 @@
 """The stages of selection and refinement, and what stands in their place when they are off."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from importlib import import_module
 from types import SimpleNamespace
 from typing import Any
@@ -10,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from modal_core.numbers.indicators import mac
-from oma_identifier.likelihood import SlopePrior
 from oma_identifier.likelihood.thresholds import LIKELIHOOD
 from oma_identifier.refinement.stages import STAGES
 
@@ -75,14 +73,6 @@ def _empty(*_: Any, **__: Any) -> list[Any]:
     return []
 
 
-def _unpooled(_: Any, places: Sequence[float]) -> list[SlopePrior]:
-    return [SlopePrior()] * len(places)
-
-
-def _white(_: Any, places: Sequence[float]) -> list[SlopePrior]:
-    return [SlopePrior(0.0, 1e-3)] * len(places)
-
-
 def _no_test(*_: Any, **__: Any) -> Callable[..., None]:
     return _nothing
 
@@ -140,21 +130,9 @@ STAGES_OFF = (
     ),
     # Fits.
     Stage(
-        'slopes pooled',
-        FITS,
-        {
-            'refinement.stages.pooled_slopes': _unpooled,
-            'refinement.band_fitter.pooled_slopes': _unpooled,
-        },
-    ),
-    Stage(
         'slope of the force',
         FITS,
-        {
-            'refinement.stages.pooled_slopes': _white,
-            'refinement.band_fitter.pooled_slopes': _white,
-            'refinement.band_fitter.SlopePrior': partial(SlopePrior, 0.0, 1e-3),
-        },
+        {'likelihood.force_prior.LIKELIHOOD': replace(LIKELIHOOD, slope_std=1e-3)},
     ),
     Stage(
         'tails of other modes',

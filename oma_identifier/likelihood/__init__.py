@@ -14,7 +14,6 @@ from oma_identifier.likelihood.band_model import (
     expected_spectra,
     force_colour,
     forced_gain,
-    SlopePrior,
 )
 from oma_identifier.likelihood.continued import continued
 from oma_identifier.likelihood.fit_band import (
@@ -25,7 +24,6 @@ from oma_identifier.likelihood.fit_band import (
     value_at,
 )
 from oma_identifier.likelihood.force_course import ForceCourse
-from oma_identifier.likelihood.force_slopes import ForceSlope, pooled_slopes
 from oma_identifier.likelihood.group_fits import (
     fit_group,
     fit_with_residuals,
@@ -53,6 +51,7 @@ from oma_identifier.likelihood.modal_motion import averaged_blocks, expected_mot
 from oma_identifier.likelihood.mode_groups import group_modes, overlaps, StartModes
 from oma_identifier.likelihood.reduced_band import ReducedBand
 from oma_identifier.likelihood.shape_scatter import MacLoss, normalised_std
+from oma_identifier.likelihood.steep_force import is_steep
 from oma_identifier.likelihood.tail_regression import parts_along, TailData
 from oma_identifier.likelihood.thresholds import LIKELIHOOD
 
@@ -66,12 +65,10 @@ __all__ = [
     'BandModel',
     'ConvergenceLimits',
     'ForceCourse',
-    'ForceSlope',
     'GroupFit',
     'MacLoss',
     'ModeIndex',
     'ReducedBand',
-    'SlopePrior',
     'Spectra',
     'StartModes',
     'TailData',
@@ -89,6 +86,7 @@ __all__ = [
     'forced_gain',
     'group_modes',
     'inputs_of',
+    'is_steep',
     'least_blur',
     'least_scatter',
     'moving_channels',
@@ -96,7 +94,6 @@ __all__ = [
     'normalised_std',
     'overlaps',
     'parts_along',
-    'pooled_slopes',
     'spectra_of',
     'unit',
     'updated',

@@ -58,14 +58,6 @@ class BandData:
 
 
 @dataclass(frozen=True, slots=True)
-class SlopePrior:
-    """A Gaussian prior on the exponent of the force density over frequency."""
-
-    mean: float = 0.0
-    std: float = 1.0
-
-
-@dataclass(frozen=True, slots=True)
 class BandModel:
     """Modes of one band; the first ``n_free`` of them are estimated, the others are tails.
 
@@ -88,8 +80,6 @@ class BandModel:
         a band is too much to ask for.
     curvature : float
         What the slope changes by over x: a wide band has no one slope.
-    slope_prior : SlopePrior
-        What is known about the slope from elsewhere.
     root : (n_modes, n_forces) complex array or None
         L of ``force`` = L Lᴴ where few forces drive the modes; None where they may be as many.
     """
@@ -103,7 +93,6 @@ class BandModel:
     reference_hz: float
     slope: float = 0.0
     curvature: float = 0.0
-    slope_prior: 'SlopePrior' = field(default_factory=lambda: SlopePrior())
     root: Complex | None = None
 
 

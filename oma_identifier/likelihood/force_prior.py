@@ -31,7 +31,6 @@ class Prior:
     """
 
     force: Complex
-    slope: float
     noise: Real
     weight: Real
 
@@ -39,14 +38,14 @@ class Prior:
     def of(cls, start: BandModel) -> 'Prior':
         """Return the prior that is centred on a model."""
         bent = LIKELIHOOD.slope_std / LIKELIHOOD.slope_reach
-        rest = [start.slope_prior.std**-2, bent**-2]
+        rest = [LIKELIHOOD.slope_std**-2, bent**-2]
         rest += [LIKELIHOOD.noise_log_std**-2] * len(start.noise)
         if start.root is not None:
             # Centred on none: forces more than there are, and far tails, shall not wander.
             level = np.maximum(np.diag(start.force).real, LEAST_LEVEL * np.abs(start.force).max())
             own = np.repeat(1.0 / (LIKELIHOOD.root_variance * level), 2 * start.root.shape[1])
             weight = np.append(own, rest)
-            return cls(start.force, start.slope_prior.mean, start.noise, weight)
+            return cls(start.force, start.noise, weight)
         # What a band made of the forces of far tails may be below zero: a scale must not be.
         level = np.abs(np.diag(start.force).real)
         level = np.maximum(level, LEAST_LEVEL * level.max())
@@ -55,7 +54,6 @@ class Prior:
         weight[first != second] *= 2.0
         return cls(
             start.force,
-            start.slope_prior.mean,
             start.noise,
             np.concatenate([weight, weight[first != second], rest]),
         )
@@ -69,7 +67,7 @@ class Prior:
     def offset(self, model: BandModel) -> Real:
         """Return centre minus model, in the order of the last parameters."""
         noise = np.log(self.noise / model.noise)
-        slope = [self.slope - model.slope, -model.curvature]
+        slope = [-model.slope, -model.curvature]
         if model.root is not None:
             return np.concatenate(
                 [-np.stack([model.root.real, model.root.imag], -1).ravel(), slope, noise]

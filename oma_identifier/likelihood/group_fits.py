@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.likelihood.averages import averaged_again, divided, parts_wanted
-from oma_identifier.likelihood.band_model import BandData, BandFit, BandModel, SlopePrior
+from oma_identifier.likelihood.band_model import BandData, BandFit, BandModel
 from oma_identifier.likelihood.few_forces import (
     are_few,
     count_forces,
@@ -82,7 +82,6 @@ def fit_group(
     start: StartModes,
     group: list[ModeIndex],
     usable: NDArray[np.bool_],
-    slope: SlopePrior,
     convergence: ConvergenceLimits = FIRST_PASS,
     begin: Callable[[ReducedBand], BandModel | None] = lambda _: None,
     n_forces: int = 0,
@@ -96,13 +95,13 @@ def fit_group(
     if not _enough(lines, group):
         return GroupFit(group)
     if n_forces:
-        band, values = reduce_band(spectra, start, group, lines, slope, few_forces=True)
+        band, values = reduce_band(spectra, start, group, lines, few_forces=True)
         model = under_few_forces(band.data, band.model, n_forces)
         # One that does not describe the band soon does not later either, and is dear.
         few = _fitted(spectra, replace(band, model=model), values, group, LATER_PASS, begin)
         if few.misfit < LIKELIHOOD.enough_forces:
             return few
-    band, values = reduce_band(spectra, start, group, lines, slope)
+    band, values = reduce_band(spectra, start, group, lines)
     return _fitted(spectra, band, values, group, convergence, begin)
 
 
@@ -111,7 +110,6 @@ def fit_with_residuals(
     start: StartModes,
     group: list[ModeIndex],
     usable: NDArray[np.bool_],
-    slope: SlopePrior,
 ) -> GroupFit:
     """Fit one group under few forces that move every channel beside the modes as well.
 
@@ -128,7 +126,7 @@ def fit_with_residuals(
     n_forces = _n_seen(spectra, lines)
     if not n_forces:
         return GroupFit(group)
-    band, values = reduce_band(spectra, start, group, lines, slope, few_forces=True)
+    band, values = reduce_band(spectra, start, group, lines, few_forces=True)
     wider = with_residuals(band.model)
     model = under_few_forces(band.data, wider, n_forces)
     return _fitted(spectra, replace(band, model=model), values, group, FIRST_PASS, lambda _: None)
@@ -190,7 +188,7 @@ def n_driving_forces(
     n_forces = usual + LIKELIHOOD.more_forces
     found = []
     for group, lines in bands:
-        band, _ = reduce_band(spectra, start, group, lines, SlopePrior(), few_forces=True)
+        band, _ = reduce_band(spectra, start, group, lines, few_forces=True)
         found.append(are_few(band.data, band.model, n_forces))
     return n_forces if np.mean(found) > LIKELIHOOD.coherent_bands else 0
 

@@ -46,7 +46,7 @@ def fit_known(
     if before.fit is None or before.band is None:
         return None
     lines = before.band.lines
-    band, values = reduce_band(spectra, now, before.group, lines, before.fit.model.slope_prior)
+    band, values = reduce_band(spectra, now, before.group, lines)
     same = {mode: mode for mode in now.indices()}
     model = continued(band, before, same) or band.model
     known = principal_inputs(inputs[:, lines].astype(complex), *band.model.shapes.shape[::-1])

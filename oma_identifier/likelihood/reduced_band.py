@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oma_identifier.likelihood.averages import averages_from
-from oma_identifier.likelihood.band_model import BandData, BandModel, SlopePrior
+from oma_identifier.likelihood.band_model import BandData, BandModel
 from oma_identifier.likelihood.indices import ModeIndex
 from oma_identifier.likelihood.known_motion import KnownMotion
 from oma_identifier.likelihood.line_spectra import Spectra
@@ -83,7 +83,6 @@ def reduce_band(
     start: StartModes,
     group: list[ModeIndex],
     lines: NDArray[np.intp],
-    slope: SlopePrior,
     *,
     few_forces: bool = False,
 ) -> tuple[ReducedBand, Complex]:
@@ -135,8 +134,6 @@ def reduce_band(
         np.full(kept, noise),
         len(group),
         reference_hz=float(np.exp(np.mean(np.log(start.frequency_hz[group])))),
-        slope=slope.mean,
-        slope_prior=slope,
     )
     band = ReducedBand(
         data, model, scale, basis, parted.blocked, lines, tuple(included), n_noise, noise

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from oma_identifier.likelihood import (
     BandFit,
     BandIndex,
-    ForceSlope,
     GroupFit,
+    is_steep,
     ModeIndex,
     overlaps,
     StartModes,
@@ -57,7 +57,7 @@ def accept(each: GroupFit, position: BandIndex) -> Outcome:
         return Outcome.NOT_CONVERGED
     if each.coarse or not each.fit.misfit < REFINEMENT.accepted_misfit:
         return Outcome.MODEL_MISFIT
-    if ForceSlope.of(each.fit).is_steep:
+    if is_steep(each.fit):
         # A force that ends within a band has no one slope there, and the misfit need not show it:
         # refined damping came out 10 to 20 % too small.
         return Outcome.MODEL_MISFIT

@@ -151,7 +151,7 @@ class Refiner:
         good = tuple(
             fit for fit, better in zip(found.refined, taken, strict=True) if better and fit
         )
-        self._warm_start = WarmStart(found.channels, good, found.slopes)
+        self._warm_start = WarmStart(found.channels, good)
         duration_s = samples.duration_s + sum(part.duration_s for part in more)
         return _adopted(self._in_doubt(modes, found, taken), found, taken, duration_s)
 

@@ -1,8 +1,7 @@
-"""Fits of the bands of one record, whose slopes and tails depend on each other."""
+"""Fits of the bands of one record, whose tails depend on each other."""
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +12,10 @@ from oma_identifier.likelihood import (
     ConvergenceLimits,
     FIRST_PASS,
     fit_group,
-    ForceSlope,
     GroupFit,
     LATER_PASS,
     ModeIndex,
-    pooled_slopes,
     ReducedBand,
-    SlopePrior,
     Spectra,
     StartModes,
     updated,
@@ -51,7 +47,6 @@ class BandFitter:
         self,
         now: StartModes,
         groups: Sequence[list[ModeIndex]],
-        slopes: Sequence[SlopePrior] | None = None,
         known: Sequence[GroupFit] = (),
         convergence: ConvergenceLimits = FIRST_PASS,
         begin: Callable[[ReducedBand], BandModel | None] = lambda _: None,
@@ -59,22 +54,19 @@ class BandFitter:
         """Fit every group but those whose fit is known."""
         done = {tuple(each.group): each for each in known}
         return [
-            done.get(tuple(group)) or self._one(now, group, slope, convergence, begin)
-            for group, slope in zip(groups, slopes or [SlopePrior()] * len(groups), strict=True)
+            done.get(tuple(group)) or self._one(now, group, convergence, begin) for group in groups
         ]
 
     def again(
         self, now: StartModes, fits: Sequence[GroupFit]
     ) -> tuple[StartModes, list[GroupFit]]:
-        """Fit the same groups once more, with what the others say about slopes."""
+        """Fit the same groups once more, from where they are."""
         groups = [each.group for each in fits]
-        places = [math.nan if each.fit is None else middle(now, each.group) for each in fits]
         before = {each.group[0]: each for each in fits}
         same = {mode: mode for mode in now.indices()}
         fits = self.fit(
             now,
             groups,
-            pooled_slopes(slopes_of(fits), places),
             convergence=LATER_PASS,
             begin=lambda band: continued(band, before.get(band.included[0]), same),
         )
@@ -84,22 +76,9 @@ class BandFitter:
         self,
         now: StartModes,
         group: list[ModeIndex],
-        slope: SlopePrior,
         convergence: ConvergenceLimits,
         begin: Callable[[ReducedBand], BandModel | None],
     ) -> GroupFit:
         if any(mode in self.idle for mode in group):
             return GroupFit(group)
-        return fit_group(
-            self.spectra, now, group, self.usable, slope, convergence, begin, self.n_forces
-        )
-
-
-def slopes_of(fits: Sequence[GroupFit]) -> list[ForceSlope]:
-    """Return what each band that was fitted says about the slope of the force density."""
-    return [ForceSlope.of(each.fit) for each in fits if each.fit and each.fit.converged]
-
-
-def middle(now: StartModes, group: list[ModeIndex]) -> float:
-    """Return ln f in the middle of a group."""
-    return float(np.mean(np.log(now.frequency_hz[group])))
+        return fit_group(self.spectra, now, group, self.usable, convergence, begin, self.n_forces)

@@ -20,14 +20,12 @@ from modal_core.samples import Samples
 from oma_identifier.likelihood import (
     BandIndex,
     ForceCourse,
-    ForceSlope,
     GroupFit,
     MacLoss,
     normalised_std,
 )
 from oma_identifier.one_thread import one_thread
 from oma_identifier.refinement.acceptance import Outcome, TAKEN
-from oma_identifier.refinement.band_fitter import slopes_of
 from oma_identifier.refinement.narrow_force import NarrowForce
 from oma_identifier.refinement.refining import GivenIndex, is_refinable, Record, Refining
 from oma_identifier.refinement.stages import STAGES
@@ -56,8 +54,6 @@ class Refinement:
         That are not dead.
     refined : tuple of RefinedMode or None
         One per mode given, None where it was not refined.
-    slopes : tuple of ForceSlope
-        Of the bands that were fitted.
     narrow : tuple of NarrowForce
         Forces that were taken for modes.
     """
@@ -69,7 +65,6 @@ class Refinement:
     added_misfit: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     channels: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
     refined: tuple[RefinedMode | None, ...] = ()
-    slopes: tuple[ForceSlope, ...] = ()
     narrow: tuple[NarrowForce, ...] = ()
 
     @property
@@ -188,7 +183,6 @@ def _refinement(of: Refining) -> Refinement:
         np.array([each.misfit for each in of.added.values()]),
         record.channels,
         tuple(refined),
-        tuple(slopes_of([each.without or each for each in of.fits])),
         of.narrow,
     )
 

@@ -11,12 +11,10 @@ from oma_identifier.likelihood import (
     group_modes,
     GroupFit,
     ModeIndex,
-    pooled_slopes,
     StartModes,
     updated,
 )
 from oma_identifier.refinement.acceptance import accept, differ, improves, Outcome, overlap, TAKEN
-from oma_identifier.refinement.band_fitter import middle
 from oma_identifier.refinement.completion import add_candidates, add_missing, demanded
 from oma_identifier.refinement.direct_motion import in_step, shares_force
 from oma_identifier.refinement.label_switching import undo_label_switching
@@ -35,12 +33,10 @@ log = logging.getLogger(__name__)
 def fit_groups(of: Refining) -> Refining:
     """Fit every group of modes that overlap, from where they are."""
     groups = group_modes(of.now, of.record.spectra.spacing_hz)
-    if of.warm is None or of.record.warm_start is None:
+    if of.warm is None:
         fits = of.fitter.fit(of.now, groups)
     else:
-        places = [middle(of.now, group) for group in groups]
-        slopes = pooled_slopes(of.record.warm_start.slopes, places)
-        fits = of.fitter.fit(of.now, groups, slopes, begin=of.warm.begin)
+        fits = of.fitter.fit(of.now, groups, begin=of.warm.begin)
     return replace(of, fits=tuple(fits))
 
 
@@ -63,7 +59,7 @@ def _superfluous(of: Refining) -> ModeIndex | None:
 
 
 def fit_again(of: Refining) -> Refining:
-    """Fit the same groups with the refined tails, shapes and slopes of the others.
+    """Fit the same groups with the refined tails and shapes of the others.
 
     One pass less where the start was refined before.
     """
@@ -124,8 +120,7 @@ def _bent(of: Refining, each: GroupFit) -> list[BandIndex]:
     if not sharing or not fit.converged or each.misfit > REFINEMENT.adopted_misfit:
         return []
     record = of.record
-    prior = fit.model.slope_prior
-    wider = fit_with_residuals(record.spectra, of.now, each.group, record.usable, prior)
+    wider = fit_with_residuals(record.spectra, of.now, each.group, record.usable)
     if wider.fit is None or not wider.misfit < REFINEMENT.incomplete_misfit:
         return []
     return [p for p in sharing if differ(fit, wider.fit, p)]

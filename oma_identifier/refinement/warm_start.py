@@ -13,7 +13,6 @@ from oma_identifier.likelihood import (
     BandIndex,
     BandModel,
     continued,
-    ForceSlope,
     GroupFit,
     ModeIndex,
     ReducedBand,
@@ -62,13 +61,10 @@ class WarmStart:
         That were not dead.
     modes : tuple of RefinedMode
         Those adopted.
-    slopes : tuple of ForceSlope
-        Of the force density.
     """
 
     channels: NDArray[np.intp]
     modes: tuple[RefinedMode, ...]
-    slopes: tuple[ForceSlope, ...]
 
     def start(
         self,

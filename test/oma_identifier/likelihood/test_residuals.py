@@ -8,7 +8,6 @@ from modal_core.samples import Samples
 from oma_identifier.likelihood import (
     fit_with_residuals,
     ModeIndex,
-    SlopePrior,
     spectra_of,
     StartModes,
     unit,
@@ -42,7 +41,7 @@ def errors(seed: int) -> tuple[float, float, float]:
     )
     spectra = spectra_of(samples, np.arange(N_CHANNELS))
     usable = np.ones(len(spectra.frequency_hz), dtype=bool)
-    found = fit_with_residuals(spectra, start, [ModeIndex(0)], usable, SlopePrior())
+    found = fit_with_residuals(spectra, start, [ModeIndex(0)], usable)
     model = found.fit.model
     return (
         np.log(model.frequency_hz[0] / FREQUENCY_HZ[0]) / found.fit.frequency_std[0],

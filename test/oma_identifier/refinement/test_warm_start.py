@@ -10,7 +10,6 @@ from benchmarks.identifier.plant import Plant, simulate
 from modal_core.mode import Mode, ModeSet
 from modal_core.numbers.indicators import mac
 from modal_core.samples import Samples
-from oma_identifier.likelihood.band_model import SlopePrior
 from oma_identifier.likelihood.continued import continued
 from oma_identifier.likelihood.group_fits import fit_group, unit, updated
 from oma_identifier.likelihood.line_spectra import spectra_of, usable_lines
@@ -71,7 +70,7 @@ def given(samples: Samples, seed: int, truth: Plant | None = None) -> ModeSet:
 
 def left_by(result: Refinement) -> WarmStart:
     known = tuple(each for each in result.refined if each is not None)
-    return WarmStart(result.channels, known, result.slopes)
+    return WarmStart(result.channels, known)
 
 
 @pytest.fixture
@@ -196,14 +195,14 @@ def test_a_fit_that_is_continued_arrives_where_it_would_have_arrived(channels):
         spectra = [spectra_of(samples, alive) for samples in (first, second)]
         usable = usable_lines(spectra[0], ())
         for group in group_modes(start, 0.0):
-            before = fit_group(spectra[0], start, group, usable, SlopePrior())
+            before = fit_group(spectra[0], start, group, usable)
             if not before.fit.converged:
                 continue
             now = updated(start, [before])
             begin = partial(continued, before=before, index=index)
             for own in spectra:
-                alone = fit_group(own, now, group, usable, SlopePrior())
-                after = fit_group(own, now, group, usable, SlopePrior(), begin=begin)
+                alone = fit_group(own, now, group, usable)
+                after = fit_group(own, now, group, usable, begin=begin)
                 if own is spectra[0]:
                     n_steps.append([alone.fit.n_steps, after.fit.n_steps])
                 if not (alone.fit.converged and after.fit.converged):
