@@ -18,4 +18,4 @@ def is_steep(fit: BandFit) -> bool:
     precision = max(fit.slope_std**-2.0 - before, LEAST_PRECISION)
     value = fit.model.slope * (precision + before) / precision
     expected = math.sqrt(LIKELIHOOD.slope_std**2 + 1.0 / precision)
-    return abs(value) - LIKELIHOOD.integrated_twice > LIKELIHOOD.steep * expected
+    return bool(abs(value) - LIKELIHOOD.integrated_twice > LIKELIHOOD.steep * expected)
