@@ -3,7 +3,7 @@
 No clock, no network, no ROS: controller, drives, arm and sensors are stepped cycle by cycle.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math
 from pathlib import Path
@@ -31,6 +31,7 @@ from modal_core.measurements import (
 )
 from modal_core.settings.near_names import refuse_unknown
 from modal_core.settings.schema import read_values, setting, settings_of
+from modal_core.work.progress import Progress
 from modal_recordings.containers import RecordingWriter
 from modal_recordings.messages import encode, RawMessage
 from robot_bridge.player import PlanPath, PlanPlayer, PlayerSettings
@@ -134,7 +135,7 @@ def run_plan(
     options: ArmOptions,
     plan: ExcitationPlan,
     path: Path,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = lambda _: None,
     first: Sequence[RawMessage] = (),
 ) -> PlanRun:
     """Play a plan on an emulated cell and record it.

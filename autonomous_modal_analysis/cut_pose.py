@@ -4,7 +4,6 @@ A task holds the tool point and the spindle's direction; a robot of six joints c
 tool about the spindle, and gives way otherwise in each such pose.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 import math
 
@@ -17,6 +16,7 @@ from machining.cut_settings import CutSettings
 from machining.lobes import Proposal, stability_lobes
 from modal_core.errors import MapError, SettingsError
 from modal_core.tool_modes import ToolModes
+from modal_core.work.progress import Progress
 from workspace_map import tool_modes, turned_poses, TurnedPose, WorkspaceMap
 
 Array = NDArray[np.float64]
@@ -85,7 +85,7 @@ def choose_pose(
     q: Array,
     settings: CutSettings,
     turn_deg: float,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = lambda _: None,
 ) -> PoseChoice:
     """Return the pose with the tool turned about the spindle in which most material can be taken.
 

@@ -6,7 +6,6 @@ search is random first and local then, seeded, and every winner is a whole plan 
 tolerance and all limits.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +21,7 @@ from excitation_planner.setting import bring_together, Setting
 from excitation_planner.signals import BAND_LIMITED_NOISE, RANDOM_PULSES
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError
+from modal_core.work.progress import Progress
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
@@ -103,7 +103,7 @@ def optimise(
     layout: SensorLayout,
     request: PlanRequest,
     n_trials: int = 80,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Optimised:
     """Search for a better request of the same duration, band, range and tolerance.
 

@@ -1,6 +1,6 @@
 """Write any recording as MCAP, so that it can be replayed through live nodes."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from modal_core.errors import RecordingError
 from modal_core.measurements import JointSamples, Measurement, SampleBlock, StampedSamples
 from modal_core.units import ACCELERATION
+from modal_core.work.progress import Progress
 from modal_recordings.array_recording import ArrayRecording
 from modal_recordings.containers import RecordingWriter
 from modal_recordings.messages import encode, RawMessage, small_blocks
@@ -17,9 +18,7 @@ BLOCK_TOPIC = '/acceleration_block'
 JOINT_TOPIC = '/joint_states'
 
 
-def to_mcap(
-    recording: Recording, path: str | Path, progress: Callable[[float], None] | None = None
-) -> Path:
+def to_mcap(recording: Recording, path: str | Path, progress: Progress | None = None) -> Path:
     """Write a recording as MCAP, with the files it carries.
 
     A plain array with a rate becomes AccelerationBlock messages; one with a time column and

@@ -8,7 +8,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from modal_core.errors import ModelError
-from modal_core.work.progress import as_much_again
+from modal_core.work.progress import as_much_again, Progress
 from model_gap.campaign import Campaign
 from model_gap.decide import (
     decide,
@@ -102,7 +102,7 @@ def find_gap(
     campaign: Campaign,
     settings: SearchSettings | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = lambda _: None,
     first: Callable[[QuickLook], None] = lambda _: None,
 ) -> GapResult:
     """Find where a model and a campaign disagree, and why.
@@ -190,7 +190,7 @@ def _searched(
     settings: SearchSettings,
     faults: tuple[Fault, ...],
     seed: int,
-    progress: Callable[[float], None],
+    progress: Progress,
     first: Callable[[QuickLook], None] = lambda _: None,
 ) -> _Found:
     """Search with model and campaign put right."""

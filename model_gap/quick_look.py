@@ -4,7 +4,6 @@ Tolerances alone are fitted to the beginning of a few recordings.  What they can
 gap; how far the tolerances went, and what is left over, say where it is.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum
 from math import isfinite, sqrt
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from modal_core.work.progress import Progress
 from modal_reports import FREQUENCY
 from model_gap.campaign import Campaign
 from model_gap.cell import in_words
@@ -126,7 +126,7 @@ def quick_look(
     campaign: Campaign,
     settings: SearchSettings | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = lambda _: None,
 ) -> QuickLook:
     """Look at the beginning of a few recordings of a campaign.
 

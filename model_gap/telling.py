@@ -1,11 +1,12 @@
 """What the recordings of a campaign can tell apart, asked before anything is found in them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from modal_core.work.progress import Progress
 from model_gap.campaign import Campaign
 from model_gap.decide import all_fitted, Telling, telling_apart
 from model_gap.predict import compile_laws
@@ -19,7 +20,7 @@ def what_it_tells(
     campaign: Campaign,
     poses: Sequence[NDArray[np.float64]] = (),
     settings: SearchSettings | None = None,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = lambda _: None,
 ) -> Telling:
     """Return which effects a campaign would show and tell apart, were they there.
 

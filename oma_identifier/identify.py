@@ -1,6 +1,6 @@
 """Identification of a stretch of samples: bands, poles, selection, modes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -9,6 +9,7 @@ import numpy as np
 from modal_core.errors import IdentificationError
 from modal_core.quality import DataQuality
 from modal_core.samples import Samples
+from modal_core.work.progress import Progress
 from oma_identifier.covariance import plan_bands
 from oma_identifier.identify_bands import band_sources, identify_bands
 from oma_identifier.motion import never, PeakTest
@@ -39,7 +40,7 @@ above, three with those of half an octave, and all with all of them."""
 def identify_samples(
     samples: Samples,
     settings: IdentificationSettings | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
     explains: PeakTest = never,
 ) -> WindowResult:
     """Identify the modes of one uniformly sampled stretch.
@@ -77,7 +78,7 @@ def identify_parts(
     parts: Sequence[Samples],
     settings: IdentificationSettings,
     explains: PeakTest = never,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
     *,
     is_compared: bool = False,
 ) -> Identified:

@@ -1,12 +1,13 @@
 """Bands of a record: their covariances, the poles in them, the modes among these."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal_core.channel import Channel
 from modal_core.samples import Samples
+from modal_core.work.progress import Progress
 from oma_identifier.covariance import Band, Decimation, plan_bands, WhenFull
 from oma_identifier.motion import never, PeakTest
 from oma_identifier.selection import BandSelector, Identified, join_bands, LineTest
@@ -18,7 +19,7 @@ from oma_identifier.subspace import BandCovariance, BandStream
 def band_sources(
     parts: Sequence[Samples],
     settings: IdentificationSettings,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> list[BandCovariance | None]:
     """Return the covariances of every band, None where a band has too little data.
 

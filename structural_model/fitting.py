@@ -1,6 +1,6 @@
 """Fit a model's numbers to a few published natural frequencies, and say what they leave open."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from modal_core.errors import ModelError
+from modal_core.work.progress import Progress
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True, slots=True)

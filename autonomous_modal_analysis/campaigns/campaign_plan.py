@@ -1,6 +1,6 @@
 """What a campaign records: poses times amplitude levels, each by a plan of its own."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from excitation_planner.request import PlanRequest
 from excitation_planner.signals import BAND_LIMITED_NOISE, SLIDING_NOISE
 from modal_core.channel import SensorLayout
 from modal_core.errors import PlanError, SettingsError
+from modal_core.work.progress import Progress
 from structural_model.flexible_joint_model import FlexibleJointModel
 
 Array = NDArray[np.float64]
@@ -203,7 +204,7 @@ def check_all(
     model: FlexibleJointModel,
     layout: SensorLayout,
     planned: Sequence[PlannedRecording],
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = lambda _: None,
 ) -> None:
     """Plan the loudest motion of every pose before anything moves.
 

@@ -17,6 +17,7 @@ from modal_core.errors import RecordingError, SettingsError
 from modal_core.files.atomic_file import write_text
 from modal_core.files.yaml_file import load_yaml
 from modal_core.measurements import NANOSECONDS_PER_SECOND
+from modal_core.work.progress import Progress
 from modal_recordings.message_recording import MessageRecording
 from modal_recordings.open_recording import open_recording
 from structural_model.flexible_joint_model import FlexibleJointModel
@@ -24,7 +25,7 @@ from structural_model.robot_writer import layout_text
 
 CAMPAIGN = 'campaign.yaml'
 # Plays a plan and leaves the whole recording at the path, or nothing.
-Player = Callable[[ExcitationPlan, Path, Callable[[float], None]], None]
+Player = Callable[[ExcitationPlan, Path, Progress], None]
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ def record_campaign(
     folder: CampaignFolder,
     planned: Sequence[PlannedRecording],
     play: Player,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = lambda _: None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Path:
     """Make the recordings that are not there yet, and keep campaign.yaml up to date.

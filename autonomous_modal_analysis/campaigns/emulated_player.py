@@ -1,12 +1,12 @@
 """Plays plans on the emulated arm, as fast as it goes."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from abb_emulator.run_plan import ArmOptions, run_plan, START_NS
 from autonomous_modal_analysis.identified.plan_record import plan_message
 from excitation_planner.plan import ExcitationPlan
+from modal_core.work.progress import Progress
 
 
 class EmulatedPlayer:
@@ -23,7 +23,7 @@ class EmulatedPlayer:
     def __init__(self, options: ArmOptions) -> None:
         self.options = options
 
-    def play(self, plan: ExcitationPlan, path: Path, progress: Callable[[float], None]) -> None:
+    def play(self, plan: ExcitationPlan, path: Path, progress: Progress) -> None:
         """Play a plan and leave its recording; see :func:`run_plan`."""
         cell = self.options.cell
         # The plan's hash makes the noise: the same recording again gets the same noise.

@@ -24,6 +24,7 @@ from excitation_planner.ros_messages import plan_to_message
 from modal_core.channel import SensorLayout
 from modal_core.errors import BridgeError
 from modal_core.nodes.ros_messages import LATCHED
+from modal_core.work.progress import Progress
 from modal_recordings.messages import JOINT_STATE
 from oma_identifier.node import cells, is_of_cell
 from oma_identifier.node.ros_messages import MESSAGE_CLASSES
@@ -102,7 +103,7 @@ class LivePlayer(Node):
         self.create_subscription(BridgeState, f'{BRIDGE}/state', self._take_state, LATCHED)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, 10)
 
-    def play(self, plan: ExcitationPlan, path: Path, progress: Callable[[float], None]) -> None:
+    def play(self, plan: ExcitationPlan, path: Path, progress: Progress) -> None:
         """Offer a plan and wait until a person has played it; leave its recording.
 
         Raises
@@ -134,7 +135,7 @@ class LivePlayer(Node):
         plan: ExcitationPlan,
         path: Path,
         topics: dict[str, type[Any]],
-        progress: Callable[[float], None],
+        progress: Progress,
     ) -> bool:
         """Record one attempt; return whether the plan came to its end."""
         recorder = RecorderNode(
@@ -169,7 +170,7 @@ class LivePlayer(Node):
         states: set[int],
         plan: ExcitationPlan,
         recorder: RecorderNode,
-        progress: Callable[[float], None],
+        progress: Progress,
     ) -> BridgeState:
         """Wait for a state as long as it takes; recording begins with the release."""
         while True:

@@ -13,6 +13,7 @@ from autonomous_modal_analysis.live.operator_node import RESULTS
 from autonomous_modal_analysis.live.processes import NodeCommand, NodeProcesses
 from autonomous_modal_analysis.live.spinning_node import own_domain, ros_context, spinning
 from modal_core.errors import BridgeError
+from modal_core.work.progress import Progress
 from oma_msgs.msg import BridgeState, ModalParameters
 
 POLL_S = 0.05
@@ -61,7 +62,7 @@ class ListenerNode(Node):
         self.state = message
 
 
-def play_only(settings: ReplaySettings, on_progress: Callable[[float], None]) -> None:
+def play_only(settings: ReplaySettings, on_progress: Progress) -> None:
     """Play a recording into the ROS domain of this shell, and nothing else.
 
     Raises
@@ -76,7 +77,7 @@ def play_only(settings: ReplaySettings, on_progress: Callable[[float], None]) ->
 def replay(
     settings: ReplaySettings,
     on_window: Callable[[ModalParameters], None],
-    on_progress: Callable[[float], None],
+    on_progress: Progress,
 ) -> int:
     """Play a recording through an identifier in an own ROS domain; return how many windows came.
 
@@ -122,9 +123,7 @@ def _replay_command(settings: ReplaySettings) -> NodeCommand:
     )
 
 
-def _wait_for_end(
-    player: NodeProcesses, settings: ReplaySettings, on_progress: Callable[[float], None]
-) -> None:
+def _wait_for_end(player: NodeProcesses, settings: ReplaySettings, on_progress: Progress) -> None:
     start_s = time.monotonic()
     while not player.ended_well(REPLAY):
         if settings.duration_s > 0.0:

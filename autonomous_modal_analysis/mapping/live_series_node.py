@@ -43,6 +43,7 @@ from excitation_planner.request import PlanRequest
 from excitation_planner.ways import is_there
 from modal_core.channel import SensorLayout
 from modal_core.errors import BridgeError, ModalAnalysisError
+from modal_core.work.progress import Progress
 from oma_msgs.msg import BridgeState
 from oma_msgs.msg import ExcitationPlan as PlanMessage
 from structural_model.flexible_joint_model import FlexibleJointModel
@@ -191,7 +192,7 @@ class LiveSeries:
         if self._cell.is_at(way):
             self._lead(way)
 
-    def play(self, plan: ExcitationPlan, path: Path, progress: Callable[[float], None]) -> None:
+    def play(self, plan: ExcitationPlan, path: Path, progress: Progress) -> None:
         """Play an excitation and leave its recording.
 
         Raises

@@ -12,6 +12,7 @@ from autonomous_modal_analysis.mapping.series import asked_of, MapWish, OF_INTER
 from excitation_planner.plan import ExcitationPlan
 from modal_core.channel import SensorLayout
 from modal_core.errors import IdentificationError, MapError
+from modal_core.work.progress import Progress
 from structural_model.equations import random_poses
 from workspace_map import load_map, MeasuredPose, save_map, WorkspaceMap
 
@@ -83,7 +84,7 @@ def measure(
     wish: MapWish,
     play: Player,
     tell: Callable[[str], None],
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = lambda _: None,
     travel: Callable[[ExcitationPlan], None] | None = None,
 ) -> WorkspaceMap:
     """Measure poses until the map is as sure as wanted; the file is written after every pose.

@@ -23,6 +23,7 @@ from modal_core.errors import PlanError, SettingsError
 from modal_core.files.atomic_file import write_text
 from modal_core.files.json_file import load_json
 from modal_core.settings.schema import check_settings, setting
+from modal_core.work.progress import Progress
 from structural_model.equations import random_poses
 from structural_model.flexible_joint_model import FlexibleJointModel
 from workspace_map import (
@@ -232,7 +233,7 @@ def plan_series(
     layout: SensorLayout,
     known: WorkspaceMap,
     wish: MapWish,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = lambda _: None,
 ) -> Series:
     """Choose poses, plan all motions and check them against every limit.
 
@@ -305,7 +306,7 @@ class _Planner:
         self._made: dict[bytes, ExcitationPlan] = {}
 
     def stops(
-        self, possible: Array, order: list[int], budget_s: float, progress: Callable[[float], None]
+        self, possible: Array, order: list[int], budget_s: float, progress: Progress
     ) -> tuple[list[Stop], int | None]:
         """Return the stops that the budget allows, or the pose that cannot be one."""
         stops: list[Stop] = []

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from modal_core.numbers.indicators import mac
+from oma_identifier.likelihood import ForceCourse
 from oma_identifier.likelihood.thresholds import LIKELIHOOD
 from oma_identifier.refinement.stages import STAGES
 
@@ -71,6 +72,14 @@ def _nothing(*_: Any, **__: Any) -> None:
 
 def _empty(*_: Any, **__: Any) -> list[Any]:
     return []
+
+
+def _steady(spectra: Any, _: Any) -> ForceCourse:
+    return ForceCourse(np.empty(0), spectra.durations_s[0])
+
+
+def _third(_: Any, __: Any, third: Any, *___: Any) -> Any:
+    return third
 
 
 def _no_test(*_: Any, **__: Any) -> Callable[..., None]:
@@ -157,8 +166,15 @@ STAGES_OFF = (
         FITS,
         {'likelihood.shape_prior.LIKELIHOOD': replace(LIKELIHOOD, complexity=1e3)},
     ),
+    Stage('ends of the record', FITS, {'likelihood.group_fits.without_ends': _third}),
+    Stage(
+        'averages divided',
+        FITS,
+        {'likelihood.group_fits.LIKELIHOOD': replace(LIKELIHOOD, most_divisions=0)},
+    ),
+    Stage('few forces', FITS, {'refinement.refining.n_driving_forces': lambda *_: 0}),
     Stage('superfluous modes', FITS, _stages_without('leave_out_superfluous')),
-    Stage('second pass', FITS, _stages_without('fit_again')),
+    Stage('second pass', FITS, {'refinement.stages.PASSES': 1}),
     Stage('missing modes', FITS, _stages_without('take_in_missing')),
     Stage('forces of a narrow band', FITS, _stages_without('tell_narrow_forces')),
     # Decision.
@@ -168,6 +184,8 @@ STAGES_OFF = (
         FITS,
         {'refinement.stages.undo_label_switching': lambda now, fits, _: (now, fits)},
     ),
+    Stage('course of the forces', DECISION, {'refinement.refinement.ForceCourse.of': _steady}),
+    Stage('bent under few forces', DECISION, {'refinement.stages._bent': _empty}),
     Stage('motion with the force', DECISION, {'refinement.acceptance.moves_with_force': _no}),
     Stage('shape alike', DECISION, {'refinement.adopt.is_alike': _yes}),
     Stage('poles agree', DECISION, {'refinement.adopt._agree': _yes}),

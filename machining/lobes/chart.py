@@ -1,6 +1,5 @@
 """Limits over speed for directions of feed, how sure they are, and what to do with them."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 import math
 
@@ -22,10 +21,10 @@ from machining.stability import (
 )
 from machining.task import axes_of, cut_of, speeds_of, ToolResponse
 from modal_core.tool_modes import ToolModes
+from modal_core.work.progress import Progress
 
 Real = NDArray[np.float64]
 Tool = ToolModes | ToolResponse
-Progress = Callable[[float], None]
 SHALLOW = 0.25
 """Share of the least depth of the zeroth order at which the search for the limit begins: it is
 within a factor of two where lobes of doubled period are not, and those lie deeper."""

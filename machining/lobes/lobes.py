@@ -5,11 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from machining.cut_settings import CutSettings
-from machining.lobes.chart import Chart, mean_chart, Progress, Tool, whole_chart
+from machining.lobes.chart import Chart, mean_chart, Tool, whole_chart
 from machining.lobes.propose import forced, Proposal, propose
 from machining.task import cut_of, speeds_of
 from modal_core.errors import SettingsError
 from modal_core.tool_modes import ToolModes
+from modal_core.work.progress import Progress
 
 DIRECTIONS = (0.0, 90.0)
 FEW_LOBES = 0.15

@@ -2,7 +2,9 @@
 
 from collections.abc import Callable
 
+Progress = Callable[[float], None]  # takes the fraction done, 0 to 1
 
-def as_much_again(progress: Callable[[float], None]) -> Callable[[float], None]:
+
+def as_much_again(progress: Progress) -> Progress:
     """Return what takes the fraction done of work that follows and is as long: half is done."""
     return lambda done: progress(0.5 + 0.5 * done)

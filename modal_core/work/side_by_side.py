@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 from threadpoolctl import threadpool_limits
 
 from modal_core.errors import ModalAnalysisError
+from modal_core.work.progress import Progress
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
@@ -27,7 +28,7 @@ _shared: list[tuple[Callable[[Any], Any], Sequence[Any]]] = []
 def side_by_side(
     work: Callable[[Item], Result],
     items: Sequence[Item],
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = lambda _: None,
 ) -> list[Result]:
     """Return the results of work on every item, in order.
 
@@ -77,9 +78,7 @@ def side_by_side(
         _shared.clear()
 
 
-def _told(
-    results: Iterable[Result], n_items: int, progress: Callable[[float], None]
-) -> list[Result]:
+def _told(results: Iterable[Result], n_items: int, progress: Progress) -> list[Result]:
     found = []
     for result in results:
         found.append(result)

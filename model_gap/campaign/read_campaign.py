@@ -14,6 +14,7 @@ from modal_core.errors import RecordingError, SettingsError
 from modal_core.layouts.layout_file import layout_from_file
 from modal_core.measurements import Measurement
 from modal_core.words.named import named
+from modal_core.work.progress import Progress
 from modal_core.work.side_by_side import side_by_side
 from modal_recordings import open_recording
 from modal_recordings.joint_table import is_table
@@ -38,7 +39,7 @@ def read_campaign(
     folder: str | Path,
     model: FlexibleJointModel,
     layout: SensorLayout | None = None,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = lambda _: None,
     most: int | None = None,
     seconds: float = np.inf,
 ) -> Campaign:

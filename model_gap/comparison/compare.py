@@ -1,8 +1,8 @@
 """Model and measurement side by side in every quantity people look at."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
+from modal_core.work.progress import Progress
 from model_gap.comparison.amplitude import level_changes, LevelChange
 from model_gap.comparison.excitation import Excitation, excitation
 from model_gap.comparison.harmonics import lines_seen, LineSeen
@@ -40,9 +40,7 @@ class ModelComparison:
     lines: tuple[LineSeen, ...]
 
 
-def compare_model(
-    result: GapResult, progress: Callable[[float], None] = lambda _: None
-) -> ModelComparison:
+def compare_model(result: GapResult, progress: Progress = lambda _: None) -> ModelComparison:
     """Compare model and measurement, before and after.
 
     Parameters

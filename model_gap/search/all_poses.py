@@ -6,12 +6,12 @@ and must predict the others better by what an effect is worth: they took part in
 effect, but not of its numbers.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 import logging
 
 import numpy as np
 
+from modal_core.work.progress import Progress
 from model_gap.campaign import Campaign
 from model_gap.fit import FIT, Fit, fit, posterior_predictive_check
 from model_gap.hypothesis import Hypothesis
@@ -25,7 +25,7 @@ NOTE = (
 )
 
 
-def search_on_all(search: Search, progress: Callable[[float], None] = lambda _: None) -> Search:
+def search_on_all(search: Search, progress: Progress = lambda _: None) -> Search:
     """Return a search with what all poses show and the held-out ones confirm, else as it was.
 
     Parameters

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from modal_core.work.progress import Progress
 from model_gap.search.rivals import confirm
 from model_gap.search.search import Search
 from model_gap.search.steps import (
@@ -41,7 +42,7 @@ ROUND: tuple[tuple[Step, float], ...] = (
 
 def run_search(
     search: Search,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = lambda _: None,
     first: Callable[[Search], None] = lambda _: None,
 ) -> Search:
     """Search until nothing more is worth adding.
@@ -69,7 +70,7 @@ def tolerances_only(search: Search, first: Callable[[Search], None] = lambda _: 
     return close_round(search)
 
 
-def run_round(search: Search, progress: Callable[[float], None]) -> Search:
+def run_round(search: Search, progress: Progress) -> Search:
     """Look for one more effect."""
     done = len(search.rounds)
     begun, ends = (

@@ -1,12 +1,13 @@
 """From a model and a campaign of encoders and torques to the laws that the model lacks."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 import dataclasses
 import math
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from modal_core.work.progress import Progress
 from model_gap.cell import Tolerances
 from model_gap.trajectory.campaign import EncoderCampaign
 from model_gap.trajectory.catalogue import (
@@ -34,7 +35,7 @@ def find_encoder_gap(
     model: FlexibleJointModel,
     campaign: EncoderCampaign,
     tolerances: Mapping[str, object] | None = None,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = lambda _: None,
 ) -> EncoderGap:
     """Find what a model lacks of what encoders and torques show.
 
@@ -60,7 +61,7 @@ def _find(
     model: FlexibleJointModel,
     campaign: EncoderCampaign,
     size: Tolerances,
-    progress: Callable[[float], None],
+    progress: Progress,
 ) -> EncoderGap:
     recordings = (*campaign.fitting, *campaign.heldout)
     motions = [motion_of(item, model, campaign.start) for item in recordings]

@@ -1,12 +1,13 @@
 """Find which laws a quantity needs: the best by evidence, then the next, as long as it pays."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 import dataclasses
 from dataclasses import dataclass
 import math
 
 import numpy as np
 
+from modal_core.work.progress import Progress
 from model_gap.search import EVIDENCE_BETWEEN, SearchSettings
 from model_gap.trajectory.fit import block_covariance, Fit, fit_terms
 from model_gap.trajectory.motion import RATE_HZ
@@ -71,7 +72,7 @@ def search_terms(
     terms: Sequence[Term],
     n_free: int,
     known: frozenset[tuple[str, str]] = frozenset(),
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Progress = lambda _: None,
 ) -> Found:
     """Find the terms that a quantity needs.
 
