@@ -172,7 +172,6 @@ STAGES_OFF = (
         FITS,
         {'likelihood.group_fits.LIKELIHOOD': replace(LIKELIHOOD, most_divisions=0)},
     ),
-    Stage('few forces', FITS, {'refinement.refining.n_driving_forces': lambda *_: 0}),
     Stage('superfluous modes', FITS, _stages_without('leave_out_superfluous')),
     Stage('second pass', FITS, {'refinement.stages.PASSES': 1}),
     Stage('missing modes', FITS, _stages_without('take_in_missing')),

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from oma_identifier.likelihood.band_model import BandModel, with_root
+from oma_identifier.likelihood.band_model import BandModel
 from oma_identifier.likelihood.group_fits import GroupFit
 from oma_identifier.likelihood.indices import ModeIndex
 from oma_identifier.likelihood.reduced_band import ReducedBand
@@ -44,16 +44,10 @@ def continued(
         return None
     # What the coordinates before did not see has the noise that is supposed at first.
     unseen = np.maximum(0.0, 1.0 - np.sum(turn**2, axis=1))
-    model = replace(
+    return replace(
         band.model,
         force=np.outer(scale, scale.conj()) * last.force[np.ix_(order, order)],
         noise=turn**2 @ last.noise + unseen * band.model.noise,
         slope=last.slope,
         curvature=last.curvature,
     )
-    if model.root is None:
-        return model
-    n_forces = model.root.shape[1]
-    if last.root is None or last.root.shape[1] != n_forces:
-        return None
-    return with_root(model, scale[:, None] * last.root[order])

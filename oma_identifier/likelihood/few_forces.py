@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from oma_identifier.likelihood.band_model import (
     BandData,
     BandModel,
-    expected_spectra,
     forced_gain,
     with_root,
 )
@@ -69,7 +68,7 @@ def count_forces(values: Complex) -> int:
 
 def under_few_forces(data: BandData, model: BandModel, n_forces: int) -> BandModel:
     """Return a model under the few forces that the data suggest."""
-    return with_root(model, root_of(_expected(data, model, coherent=True), n_forces))
+    return with_root(model, root_of(_expected(data, model), n_forces))
 
 
 def with_residuals(model: BandModel) -> BandModel:
@@ -92,18 +91,7 @@ def with_residuals(model: BandModel) -> BandModel:
     )
 
 
-def are_few(data: BandData, model: BandModel, n_forces: int) -> bool:
-    """Tell whether the data are more likely under few forces than under one for each mode.
-
-    With poles, shapes and noise as they are; Schwarz's criterion.
-    """
-    few = under_few_forces(data, model, n_forces)
-    many = replace(model, force=_expected(data, model, coherent=False))
-    worth = 0.5 * (2 * n_forces - 1) * len(model.force) * np.log(data.n_averaged.sum())
-    return bool(_value(data, few) + worth < _value(data, many))
-
-
-def _expected(data: BandData, model: BandModel, *, coherent: bool) -> Complex:
+def _expected(data: BandData, model: BandModel) -> Complex:
     """Return the force after a few steps of expectation and maximisation, always a covariance."""
     amplitude = model.shapes * forced_gain(data, model)[:, None, :]
     adjoint = amplitude.conj().transpose(0, 2, 1)
@@ -116,17 +104,7 @@ def _expected(data: BandData, model: BandModel, *, coherent: bool) -> Complex:
         every = force - gain @ amplitude @ force + seen
         force = np.tensordot(weight, every, axes=1)
         force = 0.5 * (force + force.conj().T)
-        if not coherent:
-            force = np.diag(np.diag(force))
     return np.asarray(force)
-
-
-def _value(data: BandData, model: BandModel) -> float:
-    """Return the negative log-likelihood."""
-    covariance = expected_spectra(model, model.shapes * forced_gain(data, model)[:, None, :])
-    left = np.linalg.solve(covariance, data.periodogram)
-    each = np.linalg.slogdet(covariance)[1] + np.einsum('kcc->k', left).real
-    return float(data.n_averaged @ each)
 
 
 def root_of(force: Complex, n_forces: int) -> Complex:

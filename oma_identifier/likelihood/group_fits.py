@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 from oma_identifier.likelihood.averages import averaged_again, divided, parts_wanted
 from oma_identifier.likelihood.band_model import BandData, BandFit, BandModel
 from oma_identifier.likelihood.few_forces import (
-    are_few,
     count_forces,
     under_few_forces,
     with_residuals,
 )
-from oma_identifier.likelihood.fit_band import ConvergenceLimits, FIRST_PASS, fit_band, LATER_PASS
+from oma_identifier.likelihood.fit_band import ConvergenceLimits, FIRST_PASS, fit_band
 from oma_identifier.likelihood.indices import BandIndex, ModeIndex
 from oma_identifier.likelihood.line_spectra import Spectra
 from oma_identifier.likelihood.mode_groups import band_lines, StartModes
@@ -84,7 +83,6 @@ def fit_group(
     usable: NDArray[np.bool_],
     convergence: ConvergenceLimits = FIRST_PASS,
     begin: Callable[[ReducedBand], BandModel | None] = lambda _: None,
-    n_forces: int = 0,
 ) -> GroupFit:
     """Fit one group of modes, the others staying where they are.
 
@@ -94,13 +92,6 @@ def fit_group(
     lines = band_lines(spectra, start, group, usable)
     if not _enough(lines, group):
         return GroupFit(group)
-    if n_forces:
-        band, values = reduce_band(spectra, start, group, lines, few_forces=True)
-        model = under_few_forces(band.data, band.model, n_forces)
-        # One that does not describe the band soon does not later either, and is dear.
-        few = _fitted(spectra, replace(band, model=model), values, group, LATER_PASS, begin)
-        if few.misfit < LIKELIHOOD.enough_forces:
-            return few
     band, values = reduce_band(spectra, start, group, lines)
     return _fitted(spectra, band, values, group, convergence, begin)
 
@@ -123,7 +114,7 @@ def fit_with_residuals(
     lines = band_lines(spectra, start, group, usable)
     if not _enough(lines, group):
         return GroupFit(group)
-    n_forces = _n_seen(spectra, lines)
+    n_forces = count_forces(spectra.at(lines).T.astype(np.complex128))
     if not n_forces:
         return GroupFit(group)
     band, values = reduce_band(spectra, start, group, lines, few_forces=True)
@@ -152,50 +143,6 @@ def _fitted(
         near = fit.model if fit.converged else near
         band = replace(band, data=divided(band.data, parts, spectra.frequency_hz[lines], cleaned))
     return GroupFit(group, band, fit, coarse=bool(np.any(parts > LIKELIHOOD.coarse_parts)))
-
-
-def n_driving_forces(
-    spectra: Spectra,
-    start: StartModes,
-    groups: Sequence[list[ModeIndex]],
-    usable: NDArray[np.bool_],
-) -> int:
-    """Return how many forces, few beside the modes, drive them all; 0 where they may be many.
-
-    Parameters
-    ----------
-    spectra : Spectra
-        Of all channels.
-    start : StartModes
-        All modes.
-    groups : sequence of list of ModeIndex
-        Of modes that overlap.
-    usable : (n_frequencies,) bool array
-        Which lines to use.
-    """
-    bands = [(group, band_lines(spectra, start, group, usable)) for group in groups]
-    bands = [(group, lines) for group, lines in bands if _enough(lines, group)]
-    # Of more than half as many the force is described as well by its own entries.
-    most = len(start.frequency_hz) // 2 - LIKELIHOOD.more_forces
-    told: list[int] = []
-    for _, lines in bands:
-        told += [count] if (count := _n_seen(spectra, lines)) else []
-        if 2 * sum(count > most for count in told) > len(bands):
-            return 0
-    usual = math.ceil(np.median(told)) if told else most + 1
-    if usual > most:
-        return 0
-    n_forces = usual + LIKELIHOOD.more_forces
-    found = []
-    for group, lines in bands:
-        band, _ = reduce_band(spectra, start, group, lines, few_forces=True)
-        found.append(are_few(band.data, band.model, n_forces))
-    return n_forces if np.mean(found) > LIKELIHOOD.coherent_bands else 0
-
-
-def _n_seen(spectra: Spectra, lines: NDArray[np.intp]) -> int:
-    """Return how many forces some lines of all channels show; 0 where too few tell."""
-    return count_forces(spectra.at(lines).T.astype(np.complex128))
 
 
 def _enough(lines: NDArray[np.intp], group: list[ModeIndex]) -> bool:

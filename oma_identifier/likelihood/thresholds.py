@@ -99,15 +99,6 @@ class LikelihoodThresholds:
     quiet_blocks: float = 0.25
     turning_blocks: float = 0.5
     """Share of the blocks of a band that are taken to hold less noise, and fewer forces."""
-    enough_forces: float = 1.1
-    """Misfit up to which few forces do."""
-    more_forces: int = 1
-    """Forces more than were counted: one or two too many change neither values nor coverage, one
-    too few is a misfit."""
-
-    coherent_bands: float = 0.28
-    """Share of the bands that must be more likely under few forces: others are misled by errors
-    of the shapes."""
 
     # What is assumed before the data.
     root_variance: float = 10.0

@@ -34,14 +34,11 @@ class BandFitter:
         Which lines to use.
     idle : collection of ModeIndex
         Modes that shall not be refined; a group with one of them is not fitted.
-    n_forces : int
-        How many forces drive all modes; 0 where they may be as many.
     """
 
     spectra: Spectra
     usable: NDArray[np.bool_]
     idle: Collection[ModeIndex]
-    n_forces: int = 0
 
     def fit(
         self,
@@ -81,4 +78,4 @@ class BandFitter:
     ) -> GroupFit:
         if any(mode in self.idle for mode in group):
             return GroupFit(group)
-        return fit_group(self.spectra, now, group, self.usable, convergence, begin, self.n_forces)
+        return fit_group(self.spectra, now, group, self.usable, convergence, begin)

@@ -56,11 +56,8 @@ def shares_force(data: BandData, model: BandModel, position: BandIndex) -> bool:
     """Tell whether one force may drive a mode and one beside its band that is seen there.
 
     Then what modes nobody found do there is in step with the mode as well, and bends its bell to
-    one side; a model of as many forces as modes describes that, with another frequency.  What few
-    forces do has no room for it.
+    one side; a model of as many forces as modes describes that, with another frequency.
     """
-    if model.root is not None:
-        return False
     power = np.abs(np.diag(model.force))
     each = np.abs(forced_gain(data, model)) ** 2 * power
     seen = np.mean(each, axis=0) * (1.0 / model.noise @ np.abs(model.shapes) ** 2) > 1.0

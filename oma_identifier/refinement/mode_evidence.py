@@ -171,8 +171,7 @@ def _has_company(model: BandModel, position: BandIndex) -> bool:
 
 def _worth(data: BandData, model: BandModel) -> float:
     """Return what a mode must add to the log-likelihood for its parameters (Schwarz)."""
-    forces = 2 * len(model.frequency_hz) - 1 if model.root is None else 2 * model.root.shape[1]
-    n_parameters = 2 * len(model.shapes) + forces
+    n_parameters = 2 * len(model.shapes) + 2 * len(model.frequency_hz) - 1
     return float(0.5 * n_parameters * np.log(data.n_averaged.sum()))
 
 
@@ -191,6 +190,5 @@ def _without(model: BandModel, position: int) -> BandModel:
         damping_ratio=np.delete(model.damping_ratio, position),
         shapes=np.delete(model.shapes, position, axis=1),
         force=np.delete(np.delete(model.force, position, axis=0), position, axis=1),
-        root=None if model.root is None else np.delete(model.root, position, axis=0),
         n_free=max(1, model.n_free - 1),  # a tail may move in its place
     )

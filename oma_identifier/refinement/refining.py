@@ -1,7 +1,7 @@
 """What a refinement knows from stage to stage."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NewType
 
 import numpy as np
@@ -11,12 +11,10 @@ from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from modal_core.work.free_memory import give_back, LARGE_BYTES
 from oma_identifier.likelihood import (
-    group_modes,
     GroupFit,
     inputs_of,
     ModeIndex,
     moving_channels,
-    n_driving_forces,
     Spectra,
     spectra_of,
     StartModes,
@@ -56,8 +54,6 @@ class Record:
         What may be modes that are missing.
     is_whole : bool
         Whether it is a record as one, and no window.
-    n_forces : int
-        How many forces drive all modes; 0 where they may be as many.
     """
 
     modes: ModeSet
@@ -69,7 +65,6 @@ class Record:
     inputs: NDArray[np.complex64] | None = None
     candidates: tuple[Mode, ...] = ()
     is_whole: bool = False
-    n_forces: int = 0
 
     @classmethod
     def of(
@@ -88,7 +83,7 @@ class Record:
         spectra = spectra_of(samples, channels, more)
         if spectra.values.nbytes >= LARGE_BYTES:
             give_back()
-        record = cls(
+        return cls(
             modes,
             channels,
             spectra,
@@ -99,12 +94,6 @@ class Record:
             tuple(candidates),
             is_whole,
         )
-        given = sorted(filter(is_refinable, modes), key=lambda mode: mode.frequency_hz)
-        if not given:
-            return record
-        found = record.start_of(given)
-        groups = group_modes(found, spectra.spacing_hz)
-        return replace(record, n_forces=n_driving_forces(spectra, found, groups, record.usable))
 
     def start_of(self, modes: Sequence[Mode]) -> StartModes:
         """Return poles and shapes of modes as they came."""
@@ -181,8 +170,7 @@ class Refining:
     @property
     def fitter(self) -> BandFitter:
         """Of the bands of the record."""
-        record = self.record
-        return BandFitter(record.spectra, record.usable, self.idle, record.n_forces)
+        return BandFitter(self.record.spectra, self.record.usable, self.idle)
 
     def given_mode(self, mode: ModeIndex) -> Mode:
         """Return a mode as it was given."""
