@@ -82,7 +82,7 @@ def test_one_force_of_a_mode_and_one_that_is_seen_beside_its_band(coherence, tai
     power = np.array([2.0, tail**2])
     force = np.diag(power).astype(complex)
     force[0, 1] = force[1, 0] = np.sqrt(coherence * power.prod())
-    model = replace(modes_of([10.0, 0.1], force, n_free=1), root=root)
+    model = modes_of([10.0, 0.1], force, n_free=1)
     assert shares_force(data, model, BandIndex(0)) is shared
 
 
