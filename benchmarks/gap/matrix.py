@@ -38,8 +38,7 @@ SENSOR_NAMES = [name for name, _, _ in SENSORS]
 TABLES = ('gap_full_size', 'gap_outside', 'gap_small')
 QUICK = {'n_fit': 3, 'n_held': 2, 'duration': 16.0}
 OUTSIDE = (
-    'drifting_stiffness', 'clipping', 'stribeck_friction', 'clock_drift', 'loose_sensor',
-    'picked_up_payload',
+    'drifting_stiffness', 'clipping', 'stribeck_friction', 'loose_sensor', 'picked_up_payload',
 )  # fmt: skip
 # The catalogue's nearest relative at the right place is a fair name for these.
 RELATIVE = {'stribeck_friction': 'coulomb_friction'}
@@ -50,7 +49,7 @@ SINGLE = (
     'rod_spring', 'tuned_mass', 'coulomb_friction', 'backlash', 'cubic_stiffness',
     'speed_dependent_stiffness', 'hysteresis', 'end_stop', 'transmission_error',
     'tonal_disturbance',
-    'servo_compliance', 'command_delay', 'sensor_gain',
+    'servo_compliance', 'command_delay', 'clock_drift', 'sensor_gain',
     'sensor_polarity', 'sensor_axis_swap', 'sensor_rotation', 'sensor_delay',
     'sensor_mount_resonance', 'sensor_mass',
 )  # fmt: skip
@@ -63,7 +62,8 @@ VALUE = {
     'backlash': ('gap', 'half_gap'), 'cubic_stiffness': ('alpha', 'alpha'),
     'servo_compliance': ('f', 'frequency'), 'tonal_disturbance': ('f', 'frequency'),
     'speed_dependent_stiffness': ('beta', 'beta'),
-    'command_delay': ('delay', 'delay'), 'sensor_gain': ('gain', 'gain'),
+    'command_delay': ('delay', 'delay'), 'clock_drift': ('rate', 'rate'),
+    'sensor_gain': ('gain', 'gain'),
     'sensor_delay': ('delay', 'delay'), 'sensor_mass': ('mass', 'mass'),
 }  # fmt: skip
 

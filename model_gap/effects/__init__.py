@@ -7,6 +7,7 @@ changes masses, springs and dampers, adds a law of a joint, a line, or a fault o
 from model_gap.effects.backlash import Backlash
 from model_gap.effects.base_compliance import BaseCompliance
 from model_gap.effects.cable import Cable
+from model_gap.effects.clock_drift import ClockDrift
 from model_gap.effects.command_delay import CommandDelay
 from model_gap.effects.coulomb_friction import CoulombFriction
 from model_gap.effects.cubic_damping import CubicDamping
@@ -75,6 +76,7 @@ CATALOGUE: tuple[type[Effect], ...] = (
     TransmissionError,
     TonalDisturbance,
     CommandDelay,
+    ClockDrift,
     EncoderOffset,
     SensorGain,
     SensorUnit,

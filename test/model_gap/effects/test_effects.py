@@ -16,7 +16,7 @@ NEEDED = {
     'sensor_gain', 'sensor_polarity', 'sensor_axis_swap', 'sensor_rotation', 'sensor_delay',
     'sensor_mount_resonance', 'sensor_mass', 'encoder_offset', 'sensor_position', 'sensor_unit',
     'gravity_compensator', 'foundation_mode', 'cable', 'hysteresis', 'end_stop', 'cubic_damping',
-    'stribeck_friction', 'load_friction', 'stiffness_drift',
+    'stribeck_friction', 'load_friction', 'stiffness_drift', 'clock_drift',
 }  # fmt: skip
 # Values at which an effect does nothing, where its parameters' neutral values are not that.
 HARMLESS = {

@@ -7,6 +7,7 @@ from model_gap.campaign.explicit_damping import explicit_damping
 from model_gap.campaign.spectra import Band, record_spectra
 from model_gap.cell.cell_model import CellModel
 from model_gap.effects import Scene
+from model_gap.effects.clock_drift import ClockDrift
 from model_gap.effects.command_delay import CommandDelay
 from model_gap.effects.servo_compliance import ServoCompliance
 from model_gap.predict.driven import driven_motion
@@ -16,6 +17,8 @@ from model_gap.search.search_data import shortened
 SEED = 23
 CASES = [
     ({'type': 'command_delay', 'delay': 0.015}, CommandDelay(), (0.015,)),
+    ({'type': 'clock_drift', 'rate': 1e-4}, ClockDrift(), (1e-4,)),
+    ({'type': 'clock_drift', 'rate': -1e-4}, ClockDrift(), (-1e-4,)),
     (
         {'type': 'servo_compliance', 'f': 25.0, 'zeta': 0.4, 'feedforward': 0.0},
         ServoCompliance(details=True),

@@ -14,6 +14,18 @@ from structural_model.description import KnownEffect, KnownNumber
         ('sensor_delay', 'delay', -2.85e-3, 'Sensor elbow is 2.85 ms early'),
         ('sensor_delay', 'delay', 2.85e-3, 'Sensor elbow is 2.85 ms late'),
         ('command_delay', 'delay', -4.3e-3, 'All sensors show the recorded motion 4.3 ms early'),
+        (
+            'clock_drift',
+            'rate',
+            3.3e-5,
+            "The sensors' clock loses 33 µs a second on that of the joint states",
+        ),
+        (
+            'clock_drift',
+            'rate',
+            -2e-4,
+            "The sensors' clock gains 200 µs a second on that of the joint states",
+        ),
     ],
 )
 def test_numbers_to_either_side_are_said_right(kind, name, value, said):
