@@ -36,7 +36,6 @@ VALUES = {
     'tonal_disturbance': ('f', 'frequency'),
     'servo_compliance': ('f', 'frequency'),
     'command_delay': ('delay', 'delay'),
-    'clock_drift': ('rate', 'rate'),
     'encoder_offset': ('offset', 'offset'),
     'sensor_gain': ('gain', 'gain'),
     'sensor_delay': ('delay', 'delay'),
