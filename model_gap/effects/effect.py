@@ -211,6 +211,15 @@ class Effect(ABC):
         """Return starts near what its special case was fitted to."""
         return ()
 
+    def simpler(
+        self, values: tuple[float, ...], scene: Scene
+    ) -> 'tuple[Effect, tuple[float, ...]] | None':
+        """Return what it is a case of without its last freedom, and the numbers it has there.
+
+        A law with more numbers comes near what is simpler from any start, and may hide it.
+        """
+        return None
+
     def instead_of(
         self, tolerance: Nuisance, deviations: float, scene: Scene
     ) -> Sequence[Sequence[float]]:

@@ -6,11 +6,21 @@ import math
 from typing import ClassVar
 
 import numpy as np
+import pinocchio as pin
 
 from modal_core.channel import AXES
 from model_gap.cell import CellModel, Nuisance
 from model_gap.effects.effect import DetailedEffect, Effect, EffectParameter, Scene
-from model_gap.effects.places import arm_mass, centre, moving_links, turned, unused_name
+from model_gap.effects.payload import Payload
+from model_gap.effects.places import (
+    arm_mass,
+    body_of,
+    centre,
+    moving_links,
+    on_link,
+    turned,
+    unused_name,
+)
 from structural_model.description import AbsorberSpec, Spring
 
 
@@ -86,6 +96,19 @@ class TunedMass(DetailedEffect):
         return cell.with_spec(
             dataclasses.replace(cell.spec, absorbers=(*cell.spec.absorbers, item))
         )
+
+    def simpler(self, values: tuple[float, ...], scene: Scene) -> tuple[Effect, tuple[float, ...]]:
+        """Return a mass fixed where it hangs: what swings faster than all else follows."""
+        link = str(self.location)
+        here = body_of(scene, link)
+        fixed = next(
+            item for item in Payload.instances(scene) if body_of(scene, str(item.location)) == here
+        )
+        point = values[3:6] if self.details else centre(scene, link)
+        pose = pin.neutral(scene.model.robot.model)
+        at = on_link(scene, point, link, str(fixed.location), pose)
+        rest = (item.neutral for item in fixed.parameters(scene)[4:])
+        return fixed, (values[0], *at, *rest)
 
     def instead_of(
         self, tolerance: Nuisance, deviations: float, scene: Scene

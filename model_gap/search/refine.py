@@ -119,6 +119,7 @@ def rough_fits(search: Search) -> list[Fit]:
     if min((item.misfit for item in found if item), default=np.inf) > REFINEMENT.settled_misfit:
         found += roughly(starts_of([trial for trial in trials if may_wait(trial)]))
     found += roughly(_general_starts(best_of_each(found), catalogue))
+    found += roughly(_simpler_starts(best_of_each(found)))
     close = best_of_each(found)
     for item in close[REFINEMENT.refined :]:
         _log_dropped(item, close[0], f'{REFINEMENT.refined} others are closer')
@@ -211,6 +212,23 @@ def _general_starts(found: Sequence[Fit], catalogue: Sequence[type[Effect]]) -> 
                 much_left = item.misfit > REFINEMENT.settled_misfit
                 return starts if much_left and item.log_evidence > least else []
     return []
+
+
+def _simpler_starts(found: Sequence[Fit]) -> list[Hypothesis]:
+    """Return starts of what is simpler than the closest fits, from where these are.
+
+    More numbers come near from farther away: a mass that swings at the end of its range stood for
+    one that does not, which a fit of few steps had not reached.
+    """
+    starts: list[Hypothesis] = []
+    for item in found[: REFINEMENT.refined]:
+        last = len(item.hypothesis.effects) - 1
+        simpler = item.hypothesis.effects[last].simpler(
+            item.hypothesis.values()[last], item.hypothesis.scene
+        )
+        if simpler and not any(same(simpler[0], start.effects[-1]) for start in starts):
+            starts.append(item.hypothesis.without(last).with_effect(*simpler))
+    return starts
 
 
 def fine_fits(search: Search) -> list[Fit]:
