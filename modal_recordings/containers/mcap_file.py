@@ -41,6 +41,12 @@ from modal_recordings.containers.mcap_chunk import (
     SCHEMA,
     uncompress,
 )
+from modal_recordings.containers.mcap_order import (
+    by_log_time,
+    ChunkPlace,
+    indexed_chunks,
+    out_of_order,
+)
 from modal_recordings.disk import ReadPages
 from modal_recordings.messages import Attachment, Kept, one_by_one, RawMessage, TopicEntry
 
@@ -105,20 +111,24 @@ class McapFile:
         return tuple(entries.values())
 
     def messages(self, topics: frozenset[str] | None = None) -> Iterator[RawMessage]:
-        """Yield messages chunk by chunk, sorted by log time within a chunk."""
+        """Yield messages by log time; where the file has no index, sorted within a chunk."""
         return one_by_one(self.bunches(topics))
 
     def bunches(self, topics: frozenset[str] | None = None) -> Iterator[list[Kept]]:
-        """Yield the messages of each chunk, sorted by log time."""
-        self._n_messages = {}
-        self._n_bytes = 0
-        self._damage = []
-        self._end = ''
-        self._indexed = None
+        """Yield the same, many at once."""
         with self.path.open('rb') as file:
             size = self.path.stat().st_size
             with mmap.mmap(file.fileno(), size, access=mmap.ACCESS_READ) as data:
-                yield from self._walk(data, topics)
+                places = self._out_of_order(data)
+                self._n_messages = {}
+                self._n_bytes = 0
+                self._damage = []
+                self._end = ''
+                if places:
+                    yield from by_log_time(self._by_index(data, places, topics))
+                else:
+                    self._indexed = None
+                    yield from self._walk(data, topics)
         self._close_accounts()
         self._known = True
 
@@ -237,6 +247,34 @@ class McapFile:
             pages.read(length)
         where = 'without an end mark' if position == size else 'inside a record'
         self._end = f'file ends at byte {size} {where}, {rest}'
+
+    def _out_of_order(self, data: mmap.mmap) -> list[ChunkPlace]:
+        """Return the chunks by their first log times where the file has them otherwise."""
+        summary = self._summary()
+        if summary is None or not self._read_index():
+            return []
+        places = indexed_chunks(summary)
+        for place in places:
+            start = place.offset + RECORD.size
+            head = chunk_head(data, start) if place.offset < len(data) else None
+            if head is None or RECORD.size + head.length != place.length:
+                return []
+        return sorted(places) if out_of_order(places) else []
+
+    def _by_index(
+        self, data: mmap.mmap, places: list[ChunkPlace], topics: frozenset[str] | None
+    ) -> Iterator[tuple[int, list[Kept]]]:
+        """Yield the first log time of each chunk and its messages, one after the other."""
+        pages = ReadPages(data)
+        for place in places:
+            start, stop = place.offset + RECORD.size, place.offset + place.length
+            try:
+                found = self._record(CHUNK, data[start:stop], topics)
+            except RecordingError as error:
+                self._lost(str(error), place.offset, stop)
+            else:
+                yield place.start_ns, found
+            pages.read(place.length)
 
     def _cut_chunk(
         self, data: mmap.mmap, head: ChunkHead, topics: frozenset[str] | None

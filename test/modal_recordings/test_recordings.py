@@ -107,6 +107,24 @@ def test_mcap_round_trip_is_exact(mcap):
     }
 
 
+def test_a_file_written_topic_after_topic_is_read_by_log_time(tmp_path):
+    path = tmp_path / 'topics.mcap'
+    sent = messages(3000)
+    with RecordingWriter(path) as writer:
+        for number, m in enumerate(sorted(sent, key=lambda message: message.topic)):
+            writer.write(m.topic, m.message_type, m.log_time_ns, m.data)
+            if number % 400 == 399:
+                writer.flush()
+    file = open_recording(path).file
+    found = list(file.messages())
+    assert [m.log_time_ns for m in found] == [m.log_time_ns for m in sent]
+    assert sorted(m.data for m in found) == sorted(m.data for m in sent)
+    assert not file.damage()
+    only = list(file.messages(frozenset({'/joint_states'})))
+    assert [m.log_time_ns for m in only] == sorted(m.log_time_ns for m in only)
+    assert len(only) == 20
+
+
 def test_rosbags_reads_what_we_write_and_agrees_on_every_field(mcap):
     with AnyReader([mcap]) as reader:
         values = [
