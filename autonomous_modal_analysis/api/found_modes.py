@@ -126,8 +126,13 @@ class FoundModes(Result):
         from autonomous_modal_analysis.export import export_modes, Exported
 
         about = {'recording': self.name, 'software': software()}
-        exported = Exported(self.modes, self.harmonics, about, *(self._placed() or ()))
+        exported = Exported(self.modes, self.harmonics, about, *(self._placed() or ()), others=self._others)
         export_modes(Path(path), exported)
+
+    @property
+    def _others(self) -> frozenset[str]:
+        """Channels that measure no motion along a direction, where that is known."""
+        return frozenset()
 
     @abstractmethod
     def _placed(self) -> Placed | None:

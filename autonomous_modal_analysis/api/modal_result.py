@@ -138,7 +138,12 @@ class ModalResult(FoundModes):
         if drawing is not None:
             return drawing.placed
         path = None if self.source is None else Path(self.source.path)
-        return placed_shapes(self.layout, self.modes) or recorded_places(path, self.modes)
+        return placed_shapes(self.layout, self.modes, (), self._others) or recorded_places(path, self.modes)
+
+    @property
+    def _others(self) -> frozenset[str]:
+        channels = self.found.identification.channels
+        return frozenset(channel.name for channel in channels if not channel.is_straight)
 
     def drawing(self, modes: ModeSet | None = None) -> 'ArmDrawing | None':
         """Return modes on the arm of this recording.
@@ -224,7 +229,11 @@ class ModalResult(FoundModes):
         from autonomous_modal_analysis.api.placed_shapes import placed_shapes
 
         own = not lines or self.drawing() is not None
-        placed = self._placed() if own else placed_shapes(self.layout, self.modes, lines)
+        placed = (
+            self._placed()
+            if own
+            else placed_shapes(self.layout, self.modes, lines, self._others)
+        )
         if placed is not None:
             return modal_plots.plot_on_geometry(self.modes, *placed)
         return modal_plots.plot_bars(self.modes)

@@ -1,6 +1,6 @@
 """Mode shapes at the places a sensor layout gives, without a robot."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,15 @@ Displacements = tuple[NDArray[np.complex128], ...]
 
 
 def placed_shapes(
-    layout: SensorLayout | None, modes: ModeSet, lines: Sequence[Sequence[str]] = ()
+    layout: SensorLayout | None,
+    modes: ModeSet,
+    lines: Sequence[Sequence[str]] = (),
+    others: Collection[str] = (),
 ) -> tuple[Geometry, Displacements] | None:
     """Return the sensors as points, and how each mode moves them, (n_points, 3) [-].
 
-    None where the layout does not place every channel in one frame, at two places at least.
+    None where the layout does not place every channel that measures motion along a direction in
+    one frame, at two places at least.
 
     Parameters
     ----------
@@ -28,16 +32,22 @@ def placed_shapes(
         Shapes.
     lines : sequence of sequence of str
         Names of sensors to connect.
+    others : collection of str
+        Channels that need no place: they measure no motion along a direction, as gyroscopes do.
 
     Raises
     ------
     LayoutError
         A line names no sensor.
     """
-    placed = {} if layout is None else {channel.name: channel for channel in layout.channels}
-    if layout is None or not modes.channel_names or not set(modes.channel_names) <= set(placed):
+    known = {} if layout is None else {channel.name: channel for channel in layout.channels}
+    if layout is None or not set(modes.channel_names) - set(others) <= set(known):
         return None
-    sensors = list(layout)
+    placed = {name: channel for name, channel in known.items() if channel.is_straight}
+    rows = [row for row, name in enumerate(modes.channel_names) if name in placed]
+    sensors = [one for one in layout if any(each.name in placed for each in one.channels())]
+    if not rows:
+        return None
     points_m = np.array([sensor.position_m for sensor in sensors])
     if len({sensor.frame_id for sensor in sensors}) != 1 or not np.ptp(points_m, axis=0).any():
         return None
@@ -49,10 +59,11 @@ def placed_shapes(
         fixed=(),
     )
     owner = {c.name: number for number, sensor in enumerate(sensors) for c in sensor.channels()}
-    directions = np.array([placed[name].direction for name in modes.channel_names])
-    at = [owner[name] for name in modes.channel_names]
+    channels = [placed[modes.channel_names[row]] for row in rows]
+    directions = np.array([channel.direction for channel in channels])
+    at = [owner[channel.name] for channel in channels]
     return geometry, tuple(
-        sensor_displacements(geometry, mode.shape, directions, at) for mode in modes
+        sensor_displacements(geometry, mode.shape[rows], directions, at) for mode in modes
     )
 
 

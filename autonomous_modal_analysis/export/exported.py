@@ -24,6 +24,8 @@ class Exported:
         Points in the base frame; None: not known.
     displacements : tuple of (n_points, 3) complex array
         One per mode, with a geometry.
+    others : frozenset of str
+        Channels that measure no motion along a direction, as gyroscopes do.
     """
 
     modes: ModeSet
@@ -31,6 +33,7 @@ class Exported:
     about: Mapping[str, str]
     geometry: Geometry | None = None
     displacements: tuple[NDArray[np.complex128], ...] = field(default=())
+    others: frozenset[str] = frozenset()
 
     @property
     def listed(self) -> list[Mode]:

@@ -29,7 +29,11 @@ SI = {
 
 
 def write_universal(path: Path, exported: Exported) -> None:
-    """Write the modes; where no place is known, the n-th channel is node n, moved along X."""
+    """Write the modes; where no place is known, the n-th channel is node n, moved along X.
+
+    Channels that measure no motion along a direction are left out beside those that do: a node has
+    no place for them.
+    """
     sets: list[dict[str, Any]] = [SI]
     if exported.geometry is not None:
         points_m = exported.geometry.points_m
@@ -42,8 +46,11 @@ def write_universal(path: Path, exported: Exported) -> None:
         ]
         moved = list(exported.displacements)
     else:
-        nodes, places = _nodes(exported.modes.channel_names)
-        moved = [_at_nodes(mode.shape, len(nodes), places) for mode in exported.modes]
+        names = exported.modes.channel_names
+        straight = [row for row, name in enumerate(names) if name not in exported.others]
+        rows = straight or [*range(len(names))]
+        nodes, places = _nodes([names[row] for row in rows])
+        moved = [_at_nodes(mode.shape[rows], len(nodes), places) for mode in exported.modes]
     about = ', '.join(exported.about.values())
     sets += [
         _mode(number, mode, nodes, motion, about)
@@ -68,7 +75,7 @@ def places_of(names: Sequence[str]) -> list[tuple[int, Way]]:
     return told
 
 
-def _nodes(names: tuple[str, ...]) -> tuple[NDArray[np.int64], list[tuple[int, int, float]]]:
+def _nodes(names: Sequence[str]) -> tuple[NDArray[np.int64], list[tuple[int, int, float]]]:
     """Return the nodes, and for each channel its row, direction and sign."""
     places = places_of(names)
     nodes = sorted({node for node, _ in places})

@@ -7,7 +7,7 @@ stamps only, so a replay gives the same windows as the file it came from.
 """
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -196,7 +196,7 @@ class SampleBuffer:
         timed = [source for source in together if source in self._active()]
         if not timed:
             return False
-        reference = min(timed, key=_preference)
+        reference = _reference(timed)
         start_ns = max(spans[source.name][0] for source in timed)
         self._segment = self._new_segment(reference, start_ns)
         self.counters.n_segments += 1
@@ -322,6 +322,11 @@ def _span(source: Source) -> tuple[int, int]:
     return int(stamps[0]), int(stamps[-1])
 
 
-def _preference(source: Source) -> tuple[float, bool, str]:
-    """Prefer the fastest source as reference, of equals one that counts, then by name."""
-    return (round(source.period_ns, 0), source.clock is None, source.name)
+def _reference(sources: Sequence[Source]) -> Source:
+    """Return the fastest source, of equals one that counts, then the first by name.
+
+    Rates learned from a second of stamps differ by chance: that must not choose.
+    """
+    fastest_ns = min(source.period_ns for source in sources)
+    equal = [one for one in sources if one.period_ns <= INTAKE.same_rate * fastest_ns]
+    return min(equal, key=lambda source: (source.clock is None, source.name))

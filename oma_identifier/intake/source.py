@@ -59,6 +59,8 @@ class Source:
         Step between samples; 0 until it is known.
     unclear_ns : list of int [ns]
         Starts of stretches whose stamps do not tell when the samples were taken.
+    changed_ns : list of int [ns]
+        Starts of stretches that have another rate than before.
     jitter_std_s, phase : float
         Of the newest stretch: scatter of the stamps [s], lattice beside the grid [steps].
     """
@@ -74,6 +76,7 @@ class Source:
     jitter_std_s: float = 0.0
     rate_changed: bool = False
     unclear_ns: list[int] = field(default_factory=list)
+    changed_ns: list[int] = field(default_factory=list)
     flags: set[str] = field(default_factory=set)
     repeats: RepeatWatch = field(init=False)
     converter: ConverterWatch = field(init=False)
@@ -272,6 +275,7 @@ class Source:
         self.converter.forget(before_ns)
         self.far_values.forget(before_ns)
         self.unclear_ns = [start for start in self.unclear_ns if start >= before_ns]
+        self.changed_ns = [start for start in self.changed_ns if start >= before_ns]
 
     def cutoff(self, step_ns: float) -> float:
         """Return the pass band on a grid, as a share of the source's own."""
@@ -293,6 +297,7 @@ class Source:
         if self.clock is not None:
             return held
         if not is_coarse(held.stamp_ns):
+            self.flags.discard('coarse_stamps')
             apart = np.diff(held.stamp_ns, prepend=-1) != 0
             return (
                 held if apart.all() else OrderedSamples(held.stamp_ns[apart], held.values[apart])
@@ -333,6 +338,7 @@ class Source:
             if abs(step / self.period_ns - 1.0) > INTAKE.rate_change and tells_rate(inside, step):
                 self.period_ns = step
                 self.rate_changed = True
+                self.changed_ns.append(int(inside[0]))
                 self._steps = StepCount()
         self._steps.add(inside, self.period_ns)
 

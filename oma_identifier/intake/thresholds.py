@@ -34,6 +34,8 @@ class IntakeLimits:
     """Samples that a rate is learned from."""
     learn_ns: int = NANOSECONDS_PER_SECOND
     """Data time that a rate is learned from."""
+    same_rate: float = 1.01
+    """Clocks of one nominal rate differ by less, and so does what a second of stamps tells."""
     rate_change: float = 0.1
     """Share by which the rate of the stamps must change to count as another rate."""
     largest_rate_factor: float = 256.0

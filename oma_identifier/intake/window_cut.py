@@ -198,6 +198,8 @@ def _source_quality(
     flags = sorted(source.flags)
     if any(start_ns <= stretch < end_ns for stretch in source.unclear_ns):
         flags.append('clock_unknown')
+    if any(start_ns <= stretch < end_ns for stretch in source.changed_ns):
+        flags.append('rate_change')
     if source.clock is not None and source.clock.is_wrong:
         # Its samples were not taken when it says, so it says nothing beside others.
         flags.append('rate_mismatch')
@@ -235,7 +237,9 @@ def _channel_quality(
     if bad:
         flags.append('not_finite')
     if 'missing' not in flags:
-        found = dict.fromkeys((*health.flags, *chain.from_iterable(as_sent)))
+        # What stands in for samples that were lost is no limit of a sensor.
+        seen = () if 'lost' in flags else health.flags
+        found = dict.fromkeys((*seen, *chain.from_iterable(as_sent)))
         flags += [flag for flag in found if flag not in flags and not _is_told(flag, found)]
     return ChannelQuality(
         name=channel.name,

@@ -9,7 +9,9 @@ import pytest
 import autonomous_modal_analysis as ama
 from autonomous_modal_analysis.api.modal_plots import plot_on_geometry
 from autonomous_modal_analysis.api.placed_shapes import placed_shapes
+from modal_core.channel import SensorLayout
 from modal_core.errors import LayoutError
+from modal_core.mode import Mode, ModeSet
 from test.support.frame import FLOORS
 
 LAYOUT = {
@@ -134,3 +136,20 @@ def test_shapes_are_drawn_where_the_layout_places_the_sensors(frame):
     assert len(plot_on_geometry(found.modes, geometry, moved)) == 3
     with pytest.raises(LayoutError, match='no such sensor'):
         found.plot_shapes(lines=[('ground', 'cellar')])
+
+
+def test_gyroscopes_are_at_no_place_and_move_nothing():
+    """Sensors turned by a third of a turn: their x reads motion along y."""
+    turned = {'frame_id': 'base', 'axes': ['x'], 'rotation_quaternion': [0.5, 0.5, 0.5, 0.5]}
+    sensors = [
+        {'name': 'low', 'position_m': [0.0, 0.0, 1.0], **turned},
+        {'name': 'high', 'position_m': [0.0, 0.0, 2.0], **turned},
+        {'name': 'tilt', 'position_m': [0.0, 0.0, 2.0], 'unit': 'deg/s', **turned},
+    ]
+    layout = SensorLayout.from_mapping({'sensors': sensors})
+    names = ('low.x', 'high.x', 'tilt.x', 'high.gyro_x')
+    modes = ModeSet((Mode(3.0, 0.01, np.array([0.5, 1.0, 0.3, 0.2j])),), names)
+    geometry, moved = placed_shapes(layout, modes, others={'tilt.x', 'high.gyro_x'})
+    assert geometry.points_m[:, 2] == pytest.approx([1.0, 2.0])
+    assert moved[0] == pytest.approx(np.array([[0.0, 0.5, 0.0], [0.0, 1.0, 0.0]]))
+    assert placed_shapes(layout, modes) is None

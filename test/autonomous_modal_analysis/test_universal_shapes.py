@@ -37,6 +37,19 @@ def test_our_own_modes_come_back(tmp_path):
         assert np.isnan(mode.frequency_std_hz)
 
 
+def test_rotations_are_no_displacements_of_nodes(tmp_path):
+    modes = some_modes()
+    named = ModeSet(modes.modes, ('low.x', 'low.gyro_x', 'high.x'))
+    none = ModeSet((), named.channel_names)
+    exported = Exported(named, none, {}, others=frozenset({'low.gyro_x'}))
+    export_modes(tmp_path / 'm.uff', exported)
+    found = read_shapes(tmp_path / 'm.uff')
+    assert found.channel_names == ('1:+X', '2:+X')
+    for mode, true in zip(found, reversed(modes.modes), strict=True):
+        ratio = true.shape[2] / true.shape[0]
+        np.testing.assert_allclose(mode.shape[1] / mode.shape[0], ratio, rtol=1e-4)
+
+
 def test_normal_modes_of_another_program_are_read(tmp_path):
     """Real shapes with frequency and viscous damping, as finite elements write them."""
     content = {
