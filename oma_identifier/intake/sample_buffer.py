@@ -298,8 +298,9 @@ class SampleBuffer:
         live = self._leading()
         jumped = [source for source in self._roster.sources.values() if source.stream.jumped]
         leading = [source for source in jumped if source in live]
+        # From when the jump was told on: what tells it may take a second itself.
         waited = max(
-            int(source.stream.jumped[-1].stamp_ns[-1] - source.stream.jumped[0].stamp_ns[0])
+            int(source.stream.jumped[-1].stamp_ns[-1] - source.stream.jumped[0].stamp_ns[-1])
             for source in jumped
         )
         if len(leading) < len(live) and waited < INTAKE.start_ns and not closing:

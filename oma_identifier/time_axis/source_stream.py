@@ -96,6 +96,7 @@ class SourceStream:
         self.sealed_ns = -(1 << 62)
         self.jumped: list[OrderedSamples] = []
         self._suspects: Candidates[_Sample] = Candidates(_is_near, _size, self._drop)
+        self._behind: list[_Sample] = []
         self._pending: list[OrderedSamples] = []
         self._sorted = True
         self.n_pending = 0
@@ -134,7 +135,8 @@ class SourceStream:
             self.jumped.append(OrderedSamples(stamp_ns, values))
             return len(stamp_ns)
         ahead, begun = int(stamp_ns[0]) - self.newest_ns, self.first_ns is not None
-        goes_on = begun and not self._suspects and 0 < ahead <= TIME_AXIS.forward_ns
+        open_ended = self._suspects or self._behind
+        goes_on = begun and not open_ended and 0 < ahead <= TIME_AXIS.forward_ns
         if confirmed and (not begun or ahead > TIME_AXIS.forward_ns):
             self._begin(stamp_ns, values)
         elif confirmed and ahead < -TIME_AXIS.reorder_ns:
@@ -155,6 +157,18 @@ class SourceStream:
         accepted: list[int] = []
         for row, stamp in enumerate(stamp_ns.tolist()):
             ahead = stamp - self.newest_ns
+            if self._behind:
+                sample = _Sample(stamp, values[row].copy())
+                if self._behind[-1].stamp_ns < stamp <= self.newest_ns:
+                    self._behind.append(sample)
+                    continue
+                self._keep(stamp_ns[accepted], values[accepted])
+                if self._was_set_back(stamp):
+                    self.jumped = [_together([*self._behind, sample])]
+                    self._behind = []
+                    return row + 1
+                self._put_in_place()
+                accepted = []
             if self.first_ns is None or not -TIME_AXIS.reorder_ns <= ahead <= TIME_AXIS.forward_ns:
                 run = self._suspects.add(_Sample(stamp, values[row].copy()))
                 if run.n_items >= TIME_AXIS.confirm:
@@ -165,23 +179,52 @@ class SourceStream:
                 self._suspects.clear()
                 self.newest_ns = stamp
                 accepted.append(row)
+            elif ahead < 0:
+                self.disordered = True
+                self._behind.append(_Sample(stamp, values[row].copy()))
             elif stamp < self.sealed_ns:
                 self.events.late.append(stamp)
             else:
-                if ahead < 0:
-                    self.disordered = True
-                    self.events.reordered.append(stamp)
                 self._sorted = False
                 accepted.append(row)
         self._keep(stamp_ns[accepted], values[accepted])
         return len(stamp_ns)
 
+    def _was_set_back(self, next_ns: int) -> bool:
+        """Tell whether the samples that stay behind do because the clock was set back.
+
+        Then they go on without a leap until they catch up, over times that have samples already.
+        Late messages fill a hole, and the stamps leap forward behind them.
+        """
+        run = _together(self._behind)
+        if len(run.stamp_ns) < TIME_AXIS.confirm or next_ns <= self.newest_ns:
+            return False
+        steps = np.diff(run.stamp_ns, append=next_ns)
+        held = self.samples()
+        if steps[-1] > 2 * np.median(steps) or not len(held.stamp_ns):
+            return False
+        seen = run.stamp_ns >= held.stamp_ns[0]
+        there = held.stamp_ns[np.searchsorted(held.stamp_ns, run.stamp_ns[0]) :]
+        places = np.minimum(np.searchsorted(held.stamp_ns, run.stamp_ns), len(held.stamp_ns) - 1)
+        again = (held.values[places] == run.values).all(axis=1)
+        return bool(2 * len(there) > seen.sum() > 0 and 2 * again.sum() < len(again))
+
+    def _put_in_place(self) -> None:
+        """Take in the samples that came late."""
+        late, self._behind = self._behind, []
+        self.events.late += [each.stamp_ns for each in late if each.stamp_ns < self.sealed_ns]
+        kept = [each for each in late if each.stamp_ns >= self.sealed_ns]
+        if kept:
+            self.events.reordered += [each.stamp_ns for each in kept]
+            self._sorted = False
+            samples = _together(kept)
+            self._keep(samples.stamp_ns, samples.values)
+
     def _jump(self, confirmed: Sequence[_Sample]) -> None:
         """Go on with samples that confirm one another."""
-        stamps = np.array([sample.stamp_ns for sample in confirmed], dtype=np.int64)
-        rows = np.array([sample.row for sample in confirmed])
+        samples = _together(confirmed)
         self._suspects.clear()
-        self.add(stamps, rows, confirmed=True)
+        self.add(samples.stamp_ns, samples.values, confirmed=True)
 
     def _drop(self, samples: Sequence[_Sample]) -> None:
         self.set_aside['stamp_unconfirmed'] += len(samples)
@@ -194,6 +237,7 @@ class SourceStream:
         alone : bool
             No other source has a time that it would have to agree with.
         """
+        self._put_in_place()
         run = self._suspects.longest()
         if alone and self.first_ns is None and run is not None:
             self._jump(self._suspects.take(run))
@@ -235,12 +279,14 @@ class SourceStream:
     def n_bytes(self) -> int:
         """Memory that waiting samples and events take, about."""
         later = sum(part.values.nbytes for part in self.jumped)
+        later += sum(map(_size, self._behind))
         held = self.dtype.itemsize * self.n_channels * self.n_pending
         return held + later + 40 * self.events.n_held
 
     def drop(self) -> None:
         """Give up all that waits."""
         self._pending, self.n_pending, self._sorted = [], 0, True
+        self._behind = []
         self.jumped = []
         self.events = EventCounts()
 
@@ -254,6 +300,13 @@ class SourceStream:
                 OrderedSamples(held.stamp_ns[first:].copy(), held.values[first:].copy())
             ]
             self.n_pending -= first
+
+
+def _together(samples: Sequence[_Sample]) -> OrderedSamples:
+    return OrderedSamples(
+        np.array([sample.stamp_ns for sample in samples], dtype=np.int64),
+        np.array([sample.row for sample in samples]),
+    )
 
 
 def _is_near(last: _Sample, sample: _Sample) -> bool:

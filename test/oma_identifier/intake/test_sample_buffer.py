@@ -224,6 +224,60 @@ def test_a_looped_bag_begins_a_new_segment_and_mixes_nothing():
     assert 'clock_jump' in windows[len(single)].quality.flags
 
 
+def side_by_side(sensors, size):
+    return [
+        part for parts in zip(*(pieces(s, size) for s in sensors), strict=True) for part in parts
+    ]
+
+
+@pytest.mark.parametrize('size', [1, 25])
+@pytest.mark.parametrize('back_s', [0.12, 0.5, 1.0])
+def test_a_clock_set_back_by_a_second_or_less_begins_a_new_segment(back_s, size):
+    """As one that is set back by more; what is then stamped again is no late message."""
+    sensors = [samples(np.arange(4000) / 200.0, f'/imu/{place}', 9 * place) for place in range(3)]
+    for each in sensors:
+        each.stamp_ns[2100:] -= round(back_s * 1e9)
+    buffer, windows = run(side_by_side(sensors, size))
+    assert buffer.counters.reasons == {'clock_jump': 1}
+    flags = {flag for w in windows for channel in w.quality.channels for flag in channel.flags}
+    assert not flags & {'coarse_stamps', 'clock_unknown'}
+    assert all(len(w.samples.channels) == 9 for w in windows)
+    assert windows[-1].samples.end_ns - START == pytest.approx((20.0 - back_s) * 1e9, abs=1e7)
+
+
+def test_one_sensor_set_back_costs_the_others_nothing():
+    time_s = np.arange(4000) / 200.0
+    sensors = [samples(time_s, f'/imu/{place}', 9 * place) for place in range(3)]
+    _, whole = run(side_by_side(sensors[:2], 10))
+    sensors[2].stamp_ns[2100:] -= 10**9
+    _, windows = run(side_by_side(sensors, 10))
+    # The record ends with the sensor that ends first.
+    assert len(windows) >= len(whole) - 1
+    for one, other in zip(windows, whole, strict=False):
+        assert np.array_equal(one.samples.acceleration[:, :6], other.samples.acceleration)
+    last = windows[-1].quality.channels[-1]
+    assert 'clock_jump' in last.flags and not {'coarse_stamps', 'clock_unknown'} & {*last.flags}
+
+
+@pytest.mark.parametrize('late_s', [0.2, 0.4])
+def test_a_stretch_that_comes_late_fills_its_hole_and_one_that_comes_twice_is_dropped(late_s):
+    sent = samples(np.arange(4000) / 200.0)
+    _, whole = run(pieces(sent, 10))
+    count = round(late_s * 200)
+    late = np.r_[0:2000, 2000 + count : 2000 + 2 * count, 2000 : 2000 + count]
+    twice = np.r_[0 : 2000 + 2 * count, 2000 + count : 2000 + 2 * count]
+    for order in (late, twice):
+        rows = np.r_[order, 2000 + 2 * count : 4000]
+        arrived = replace(
+            sent, stamp_ns=sent.stamp_ns[rows], acceleration=sent.acceleration[rows]
+        )
+        buffer, windows = run(pieces(arrived, 10))
+        assert not buffer.counters.reasons
+        assert [w.samples.start_ns for w in windows] == [w.samples.start_ns for w in whole]
+        for one, other in zip(windows, whole, strict=True):
+            assert np.allclose(one.samples.acceleration, other.samples.acceleration, atol=1e-9)
+
+
 def test_one_wild_stamp_does_no_harm():
     sent = samples(np.arange(9000) / 1000.0)
     sent.stamp_ns[3000] += 3600 * 10**9
