@@ -13,6 +13,7 @@ from oma_identifier.quality.thresholds import QUALITY
 CHUNK = 2048
 """Rows that are looked at together."""
 
+RECTIFIED = 'rectified'
 Flags = tuple[str, ...]
 
 
@@ -23,6 +24,7 @@ class _Part:
     start_ns: int
     end_ns: int
     found: Sequence[Flags]
+    both_signs: NDArray[np.bool_]
 
 
 class ConverterWatch:
@@ -56,7 +58,8 @@ class ConverterWatch:
 
     def _examined(self) -> _Part:
         times = self._times[: self._n_held]
-        pieces = _unbroken(times, self._rows[: self._n_held])
+        rows = self._rows[: self._n_held]
+        pieces = _unbroken(times, rows)
         found = [found_in(piece) for piece in pieces if len(piece) >= QUALITY.fewest_rows]
         return _Part(
             int(times[0]),
@@ -65,16 +68,28 @@ class ConverterWatch:
                 tuple(dict.fromkeys(flag for each in found for flag in each[column]))
                 for column in range(self._rows.shape[1])
             ],
+            (rows < 0.0).any(axis=0) & (rows > 0.0).any(axis=0),
         )
 
     def flags(self, start_ns: int, end_ns: int) -> Sequence[Flags]:
-        """Return what is wrong with each channel between two times."""
+        """Return what is wrong with each channel between two times.
+
+        One that has values of both signs there has a sign, whatever a stretch of it looks like:
+        few swings beside an offset may well end at zero.
+        """
         if self._n_held >= QUALITY.fewest_rows and self._newest is None:
             self._newest = self._examined()
         parts = [*self._parts, *([self._newest] if self._newest else [])]
-        inside = [p.found for p in parts if p.start_ns < end_ns and p.end_ns >= start_ns]
+        inside = [part for part in parts if part.start_ns < end_ns and part.end_ns >= start_ns]
+        has_sign = [False] * self._rows.shape[1]
+        if inside:
+            has_sign = np.any([part.both_signs for part in inside], axis=0).tolist()
         return [
-            tuple(dict.fromkeys(flag for found in inside for flag in found[column]))
+            tuple(
+                flag
+                for flag in dict.fromkeys(f for part in inside for f in part.found[column])
+                if not (flag == RECTIFIED and has_sign[column])
+            )
             for column in range(self._rows.shape[1])
         ]
 
@@ -106,7 +121,7 @@ def found_in(rows: NDArray[np.float64]) -> list[Flags]:
         )
         tests = (
             ('wrapped', is_wrapped, usable & leaps(signals)),
-            ('rectified', is_rectified, usable & is_one_sided(signals)),
+            (RECTIFIED, is_rectified, usable & is_one_sided(signals)),
         )
     turned: Flags = ('rows_reversed',) if is_reversed(signals[usable]) else ()
     found = [turned] * len(signals)

@@ -132,6 +132,18 @@ def test_what_was_found_is_forgotten_with_its_time():
     assert watch.flags(START, int(stamps[-1]))[0] == ()
 
 
+def test_a_channel_of_both_signs_has_a_sign_whatever_a_stretch_of_it_looks_like():
+    """Few slow swings beside an offset may end at zero; the next ones go beyond."""
+    values = modes(np.random.default_rng(SEED))
+    values[:2048] = np.abs(values[:2048])
+    stamps = START + np.arange(len(values)) * round(1e9 / RATE_HZ)
+    alone, whole = (ConverterWatch(values.shape[1]) for _ in range(2))
+    alone.add(stamps[:2048], values[:2048])
+    whole.add(stamps, values)
+    assert alone.flags(START, int(stamps[2047])) == [('rectified',)] * values.shape[1]
+    assert whole.flags(START, int(stamps[-1])) == [()] * values.shape[1]
+
+
 def test_a_watch_sees_every_sample_once_and_nothing_across_lost_ones():
     """Blocks end anywhere beside the stretches of the grid; a gap is no leap of a converter."""
     rng = np.random.default_rng(40)
