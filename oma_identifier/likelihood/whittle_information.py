@@ -88,13 +88,13 @@ def information(at: Evaluated) -> Real:
     else:
         x = (to_force @ at.root.conj()).reshape(n_halves, -1)
         y = (to_force.swapaxes(1, 2) @ at.root).reshape(n_halves, -1)
-        into = _root_turn(at.root.size)
-        modes_force = _real(x, y, turn, into)
-        force_force = _real(*_root_block(products.among, at.root, at.count), into, into)
+        modes_force = _to_parts(turn.T @ x, turn.T @ y)
+        force_force = _of_parts(*_root_block(products.among, at.root, at.count))
         every = np.indices((n_modes, n_modes)).reshape(2, -1)
         rows = _slope_and_noise(products, poles, gain, at, *every)
         by_pair = rows[:, n_halves:].reshape(-1, n_modes, n_modes)
-        rows_force = 2.0 * ((by_pair @ at.root.conj()).reshape(len(rows), -1) @ into).real
+        by_root = (by_pair @ at.root.conj()).reshape(len(rows), -1)
+        rows_force = _to_parts(by_root, np.zeros_like(by_root))
     top = _symmetric(modes_modes, modes_force, force_force)
     rest = [
         2.0 * (rows[:, :n_halves] @ turn).real,
@@ -184,11 +184,6 @@ def _root_block(among: Complex, root: Complex, count: Real) -> tuple[Complex, Co
     )
 
 
-def _root_turn(size: int) -> Complex:
-    """Return the parameters of a root, as combinations of derivatives by its entries."""
-    return np.kron(np.eye(size), np.array([[1.0, 1.0j]]))
-
-
 def _turn(across: Complex, n_channels: int) -> Complex:
     """Return the combinations of halves that are the parameters of the free modes."""
     n_free = len(across)
@@ -205,6 +200,26 @@ def _turn(across: Complex, n_channels: int) -> Complex:
 def _real(x: Complex, y: Complex, left: Complex, right: Complex) -> Real:
     """Return 2 Re(leftᵀ X right + leftᵀ Y right*)."""
     return np.asarray(2.0 * (left.T @ (x @ right + y @ right.conj())).real)
+
+
+def _to_parts(x: Complex, y: Complex) -> Real:
+    """Return 2 Re(X right + Y right*), of the real and imaginary parts of entries in turn.
+
+    The same as :func:`_real` with right = I ⊗ [1, i], which is all zeros but for these.
+    """
+    return _in_turn(2.0 * (x + y).real, 2.0 * (y - x).imag)
+
+
+def _of_parts(x: Complex, y: Complex) -> Real:
+    """Return the same of both sides."""
+    real = _to_parts(x, y)
+    imaginary = _in_turn(-2.0 * (x + y).imag, 2.0 * (y - x).real)
+    return _in_turn(real.T, imaginary.T).T
+
+
+def _in_turn(first: Real, second: Real) -> Real:
+    """Return columns of two matrices, one of each in turn."""
+    return np.stack([first, second], axis=2).reshape(len(first), -1)
 
 
 def _with_pairs(x: Complex, y: Complex, off: NDArray[np.bool_]) -> Real:
