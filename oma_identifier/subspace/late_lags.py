@@ -4,11 +4,15 @@ Of more modes than its orders hold with room to spare a factorisation makes fewe
 and the data determine these well.  They describe the covariances they were made from, but not
 those at later lags: a mixture of light modes beats, a broad mode only decays.
 
+Of many modes those of such a mixture may decay before the later lags.  Then what the highest order
+leaves out stands above chance in the matrix itself.
+
 A robot's own motion is no sum of decays and is hardly foreseen at all: more lags and higher orders
 would only give it more modes.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oma_identifier.covariance import OutputCovariance
 from oma_identifier.subspace.ssi_cov import factorise, MultiOrder
@@ -32,6 +36,8 @@ def lack_modes(covariance: OutputCovariance, block_rows: int, order: int) -> boo
     first = 2 * block_rows - 1
     mean, blocks = covariance.mean, covariance.blocks[:, first:]
     factors = factorise(mean[:first], block_rows)
+    if _leaves_more_than_chance(factors.values, covariance.blocks[:, :first], block_rows, order):
+        return True
     model = MultiOrder(factors, int(order / SUBSPACE.rows_per_order))
     kept, solution = model.highest, model.solve(model.highest)
     begin = factors.values[:kept] * factors.right[: factors.n_references, :kept]
@@ -46,3 +52,19 @@ def lack_modes(covariance: OutputCovariance, block_rows: int, order: int) -> boo
     chance = np.sum(blocks.var(axis=0, dtype=np.float64)) / (len(blocks) - 1)
     of_modes = missed < SUBSPACE.foreseen_less * there or there > SUBSPACE.rings_on * chance
     return bool(of_modes and missed > SUBSPACE.unforeseen * chance)
+
+
+def _leaves_more_than_chance(
+    values: NDArray[np.float64], blocks: NDArray[np.floating], block_rows: int, order: int
+) -> bool:
+    """Tell whether a singular value that the highest order leaves out is more than chance.
+
+    The mean of the blocks with signs in turn has their scatter and nothing of what they share.
+    """
+    even = len(blocks) // 2 * 2
+    signs = np.where(np.arange(even) % 2, -1.0, 1.0) / even
+    scatter = np.tensordot(signs, blocks[:even].astype(np.float64), axes=1)
+    chance = factorise(scatter, block_rows).values
+    if order >= min(len(values), len(chance)):
+        return False
+    return bool(values[order] > SUBSPACE.left_out * chance[order])
