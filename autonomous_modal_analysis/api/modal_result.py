@@ -138,7 +138,9 @@ class ModalResult(FoundModes):
         if drawing is not None:
             return drawing.placed
         path = None if self.source is None else Path(self.source.path)
-        return placed_shapes(self.layout, self.modes, (), self._others) or recorded_places(path, self.modes)
+        return placed_shapes(self.layout, self.modes, (), self._others) or recorded_places(
+            path, self.modes
+        )
 
     @property
     def _others(self) -> frozenset[str]:
@@ -230,9 +232,7 @@ class ModalResult(FoundModes):
 
         own = not lines or self.drawing() is not None
         placed = (
-            self._placed()
-            if own
-            else placed_shapes(self.layout, self.modes, lines, self._others)
+            self._placed() if own else placed_shapes(self.layout, self.modes, lines, self._others)
         )
         if placed is not None:
             return modal_plots.plot_on_geometry(self.modes, *placed)

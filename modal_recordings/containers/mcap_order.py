@@ -1,5 +1,6 @@
-"""Chunks of an MCAP file that are not in the order of time, as one who writes topic after topic
-leaves them: put in order by the index at the end of the file.
+"""Chunks of an MCAP file that are not in the order of time, put in order by its index.
+
+One who writes topic after topic leaves such a file.
 
 References
 ----------

@@ -25,9 +25,10 @@ from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import SingularValueSpectrum
 
 MOST_BYTES = 128 * 2**20
-"""Of samples kept: six channels at 100 Hz for 15 hours, 42 at 512 Hz for 26 minutes.  With a quarter
-of it, ten minutes of a large structure (55 to 83 channels, 40 to 60 modes) were kept at a quarter of
-the rate, and above that windows, of lower orders, told of 51 modes of 91; as one record, 82."""
+"""Of samples kept: six channels at 100 Hz for 15 hours, 42 at 512 Hz for 26 minutes.  With a
+quarter of it, ten minutes of two large structures (55 and 83 channels, 60 and 40 modes) were kept
+at a quarter of the rate, and what windows of lower orders told above that was 51 modes of 91; as
+one record 82 are found."""
 MOST_BYTES_ALONE = 256 * 2**20
 """The same for methods whose windows cannot stand in."""
 MOST_STRETCHES = 4

@@ -268,9 +268,7 @@ def test_a_stretch_that_comes_late_fills_its_hole_and_one_that_comes_twice_is_dr
     twice = np.r_[0 : 2000 + 2 * count, 2000 + count : 2000 + 2 * count]
     for order in (late, twice):
         rows = np.r_[order, 2000 + 2 * count : 4000]
-        arrived = replace(
-            sent, stamp_ns=sent.stamp_ns[rows], acceleration=sent.acceleration[rows]
-        )
+        arrived = replace(sent, stamp_ns=sent.stamp_ns[rows], acceleration=sent.acceleration[rows])
         buffer, windows = run(pieces(arrived, 10))
         assert not buffer.counters.reasons
         assert [w.samples.start_ns for w in windows] == [w.samples.start_ns for w in whole]
