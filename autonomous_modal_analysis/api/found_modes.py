@@ -126,9 +126,8 @@ class FoundModes(Result):
         from autonomous_modal_analysis.export import export_modes, Exported
 
         about = {'recording': self.name, 'software': software()}
-        exported = Exported(
-            self.modes, self.harmonics, about, *(self._placed() or ()), others=self._others
-        )
+        geometry, moved = self._placed() or (None, ())
+        exported = Exported(self.modes, self.harmonics, about, geometry, moved, self._others)
         export_modes(Path(path), exported)
 
     @property

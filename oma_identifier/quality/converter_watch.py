@@ -68,7 +68,7 @@ class ConverterWatch:
                 tuple(dict.fromkeys(flag for each in found for flag in each[column]))
                 for column in range(self._rows.shape[1])
             ],
-            (rows < 0.0).any(axis=0) & (rows > 0.0).any(axis=0),
+            np.asarray((rows < 0.0).any(axis=0) & (rows > 0.0).any(axis=0)),
         )
 
     def flags(self, start_ns: int, end_ns: int) -> Sequence[Flags]:
