@@ -170,6 +170,9 @@ class _Bands(BandedMethod):
 def conditions(spectra: Spectra) -> NDArray[np.int64]:
     """Return the loading condition of each segment, counted from 0; -1 in a change of them."""
     n_parts = METHOD.transfer_parts
+    if len(spectra.first) < 2 * n_parts:
+        # Too few to tell a change of the forces from chance.
+        return np.zeros(len(spectra.first), dtype=np.int64)
     part = np.arange(len(spectra.first)) * n_parts // len(spectra.first)
     by_chance = np.median([_halves_apart(spectra, part == each) for each in range(n_parts)])
     groups = [[each] for each in range(n_parts)]

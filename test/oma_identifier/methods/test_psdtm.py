@@ -1,5 +1,7 @@
 """Poles from transmissibilities: exact ones, coloured forces, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh
@@ -84,3 +86,12 @@ def test_one_loading_condition_is_refused_in_a_line(mass):
     assert '\n' not in str(e.value)
     with pytest.raises(IdentificationError, match='one channel'):
         identify_by('psdtm', shaken((0, 2), SEED).select(['a']))
+
+
+@pytest.mark.parametrize('duration_s', [4.0, 8.0])
+def test_a_record_of_few_segments_is_refused_in_a_line(duration_s):
+    """As the last window of a recording, which may be short."""
+    samples = shaken((0, 2), SEED)
+    n_samples = round(duration_s * samples.sample_rate_hz)
+    with pytest.raises(IdentificationError, match='found one'):
+        identify_by('psdtm', replace(samples, acceleration=samples.acceleration[:n_samples]))
