@@ -115,7 +115,8 @@ def fit_with_residuals(
     if not _enough(lines, group):
         return GroupFit(group)
     n_forces = count_forces(spectra.at(lines).T.astype(np.complex128))
-    if not n_forces:
+    # Of more than half as many as channels nothing is told, and the fit is dear.
+    if not 0 < 2 * n_forces <= len(spectra.values):
         return GroupFit(group)
     band, values = reduce_band(spectra, start, group, lines, few_forces=True)
     wider = with_residuals(band.model)
