@@ -54,10 +54,6 @@ def _first(first: Any, *_: Any, **__: Any) -> Any:
     return first
 
 
-def _second(_: Any, second: Any, *__: Any) -> Any:
-    return second
-
-
 def _no(*_: Any, **__: Any) -> bool:
     return False
 

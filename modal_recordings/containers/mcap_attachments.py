@@ -10,11 +10,12 @@ import mmap
 import struct
 import zlib
 
+from mcap.opcode import Opcode
+
 from modal_core.errors import RecordingError
 from modal_recordings.containers.mcap_chunk import CHUNK, MESSAGE_OPCODE, RECORD, records_of
 from modal_recordings.messages import Attachment, LARGEST_BYTES
 
-ATTACHMENT, ATTACHMENT_INDEX = 9, 10
 MOST, ALL_BYTES = 100, 20_000_000
 """Attachments that are looked at, and bytes that are read of all of them."""
 LONGEST_NAME = 255
@@ -33,7 +34,7 @@ def indexed_places(summary: bytes) -> list[int]:
     return [
         SIZE.unpack_from(content)[0]
         for opcode, _, _, content in records_of(summary)
-        if opcode == ATTACHMENT_INDEX and len(content) >= SIZE.size
+        if opcode == Opcode.ATTACHMENT_INDEX and len(content) >= SIZE.size
     ]
 
 
@@ -47,7 +48,7 @@ def leading_places(data: mmap.mmap, position: int) -> Iterator[int]:
         opcode, length = RECORD.unpack_from(data, position)
         if opcode in (CHUNK, MESSAGE_OPCODE):
             return
-        if opcode == ATTACHMENT:
+        if opcode == Opcode.ATTACHMENT:
             yield position
         position += RECORD.size + length
 
@@ -72,7 +73,7 @@ def _attachment(data: mmap.mmap, position: int, room: int) -> Attachment:
     start = position + RECORD.size
     opcode, length = RECORD.unpack_from(data, position) if start <= len(data) else (0, 0)
     stop = start + length
-    if opcode != ATTACHMENT or stop > len(data):
+    if opcode != Opcode.ATTACHMENT or stop > len(data):
         raise RecordingError('no attachment there')
     name, at = _text(data, start + TIMES.size)
     media_type, at = _text(data, at)

@@ -92,7 +92,7 @@ class McapFile:
     def topics(self) -> tuple[TopicEntry, ...]:
         """Return the topics found by a pass over the file, with their message counts."""
         if not self._known:
-            self._known = self._read_index()
+            self._known = self._read_index(self._summary())
         if not self._known:
             for _ in self.bunches(frozenset()):
                 pass
@@ -163,9 +163,8 @@ class McapFile:
             file.seek(start)
             return file.read(size - FOOTER_BYTES - start)
 
-    def _read_index(self) -> bool:
+    def _read_index(self, summary: bytes | None) -> bool:
         """Learn the topics from the index at the end; False when it is damaged or missing."""
-        summary = self._summary()
         if summary is None:
             return False
         try:
@@ -251,15 +250,18 @@ class McapFile:
     def _out_of_order(self, data: mmap.mmap) -> list[ChunkPlace]:
         """Return the chunks by their first log times where the file has them otherwise."""
         summary = self._summary()
-        if summary is None or not self._read_index():
+        try:
+            places = [] if summary is None else indexed_chunks(summary)
+        except RecordingError:
             return []
-        places = indexed_chunks(summary)
+        if not out_of_order(places) or not self._read_index(summary):
+            return []
         for place in places:
             start = place.offset + RECORD.size
             head = chunk_head(data, start) if place.offset < len(data) else None
             if head is None or RECORD.size + head.length != place.length:
                 return []
-        return sorted(places) if out_of_order(places) else []
+        return sorted(places)
 
     def _by_index(
         self, data: mmap.mmap, places: list[ChunkPlace], topics: frozenset[str] | None

@@ -14,11 +14,12 @@ from operator import itemgetter
 import struct
 from typing import NamedTuple
 
+from mcap.opcode import Opcode
+
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_recordings.containers.mcap_chunk import records_of
 from modal_recordings.messages import Kept
 
-CHUNK_INDEX = 8
 # First and last log time, where the record begins, its length.
 INDEXED = struct.Struct('<QQQQ')
 OVERLAP_NS = NANOSECONDS_PER_SECOND // 4
@@ -53,7 +54,7 @@ def indexed_chunks(summary: bytes) -> list[ChunkPlace]:
     found = [
         ChunkPlace(*INDEXED.unpack_from(content))
         for opcode, _, _, content in records_of(summary)
-        if opcode == CHUNK_INDEX and len(content) >= INDEXED.size
+        if opcode == Opcode.CHUNK_INDEX and len(content) >= INDEXED.size
     ]
     return sorted(found, key=lambda place: place.offset)
 

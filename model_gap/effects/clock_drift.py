@@ -10,9 +10,6 @@ from model_gap.campaign import Complex
 from model_gap.cell import CellModel, Filter
 from model_gap.effects.effect import Effect, EffectParameter, Scene
 
-# Of a Taylor series over half a sample: at Nyquist the next is (π/2)⁸/8!, 0.1 % of the motion.
-ORDERS = 8
-
 
 class ClockDrift(Effect):
     """u(t) → u((1 + ρ) t), t since the recording began.
@@ -60,18 +57,20 @@ class ClockDrift(Effect):
 
 
 def _stretching(rate: float) -> Filter:
-    """Return a step that reads series at (1 + rate) times their time."""
+    """Return a step that reads series at (1 + rate) times their time, as a chirp transform does.
+
+    References
+    ----------
+    Rabiner, Schafer and Rader (1969), doi:10.1109/TAU.1969.1162034.
+    """
 
     def step(omega: NDArray[np.float64], spectra: Complex) -> Complex:
+        from scipy.signal import czt  # half a second to load
+
         size = 2 * (len(omega) - 1)
-        period_s = 2.0 * np.pi / omega[1] / size
-        wanted = (1.0 + rate) * np.arange(size)
-        nearest = np.rint(wanted)
-        beyond_s, places = period_s * (wanted - nearest), nearest.astype(int) % size
-        found, weight, derivative = np.zeros((len(spectra), size)), np.ones(size), spectra
-        for order in range(1, ORDERS + 1):
-            found += weight * np.fft.irfft(derivative, size)[:, places]
-            weight, derivative = weight * beyond_s / order, 1j * omega * derivative
-        return np.asarray(np.fft.rfft(found))
+        share = np.full(len(omega), 2.0 / size)
+        share[[0, -1]] = 1.0 / size
+        turn = np.exp(2j * np.pi * (1.0 + rate) / size)
+        return np.asarray(np.fft.rfft(czt(spectra * share, size, turn).real))
 
     return step

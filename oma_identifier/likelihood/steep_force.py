@@ -5,9 +5,6 @@ import math
 from oma_identifier.likelihood.band_model import BandFit
 from oma_identifier.likelihood.thresholds import LIKELIHOOD
 
-LEAST_PRECISION = 1e-3
-"""Of a slope that the data of a band hardly tell; chosen."""
-
 
 def is_steep(fit: BandFit) -> bool:
     """Tell whether the data contradict what is assumed of a slope before them.
@@ -15,7 +12,9 @@ def is_steep(fit: BandFit) -> bool:
     What they say alone is the fit, freed of the prior that it was drawn to.
     """
     before = LIKELIHOOD.slope_std**-2.0
-    precision = max(fit.slope_std**-2.0 - before, LEAST_PRECISION)
-    value = fit.model.slope * (precision + before) / precision
+    precision = fit.slope_std**-2.0 - before
+    if not precision > 0.0:
+        return False
+    value = abs(fit.model.slope) * (precision + before) / precision
     expected = math.sqrt(LIKELIHOOD.slope_std**2 + 1.0 / precision)
-    return bool(abs(value) - LIKELIHOOD.integrated_twice > LIKELIHOOD.steep * expected)
+    return bool(value - LIKELIHOOD.integrated_twice > LIKELIHOOD.steep * expected)

@@ -61,10 +61,9 @@ def _leaves_more_than_chance(
 
     The mean of the blocks with signs in turn has their scatter and nothing of what they share.
     """
-    even = len(blocks) // 2 * 2
-    signs = np.where(np.arange(even) % 2, -1.0, 1.0) / even
-    scatter = np.tensordot(signs, blocks[:even].astype(np.float64), axes=1)
-    chance = factorise(scatter, block_rows).values
-    if order >= min(len(values), len(chance)):
+    if order >= len(values):
         return False
-    return bool(values[order] > SUBSPACE.left_out * chance[order])
+    even = len(blocks) // 2 * 2
+    first, second = (blocks[start:even:2].mean(axis=0, dtype=np.float64) for start in (0, 1))
+    chance = factorise(0.5 * (first - second), block_rows).values
+    return bool(order < len(chance) and values[order] > SUBSPACE.left_out * chance[order])
