@@ -16,7 +16,7 @@ from oma_identifier.covariance import (
     WhenFull,
 )
 from oma_identifier.settings import IdentificationSettings
-from oma_identifier.subspace.late_lags import lack_modes
+from oma_identifier.subspace.late_lags import lack_modes, leaves_more_than_chance
 from oma_identifier.subspace.ssi_cov import compress_outputs
 from oma_identifier.subspace.thresholds import SUBSPACE
 
@@ -73,6 +73,8 @@ class BandStream:
         Slide over the span, or keep everything in ever longer blocks.
     turn : int
         Bands with different turns are refreshed one after the other when hops are short.
+    fold : int
+        Times the orders of the settings.
     """
 
     def __init__(
@@ -82,8 +84,11 @@ class BandStream:
         span_s: float,
         when_full: WhenFull,
         turn: int = 0,
+        fold: int = 1,
     ) -> None:
         self.band = band
+        self.turn = turn
+        self._order = fold * settings.max_order
         self._settings = settings
         self._when_full = when_full
         self._block_samples = max(4, int(span_s * band.sample_rate_hz / N_COVARIANCE_BLOCKS))
@@ -92,7 +97,7 @@ class BandStream:
         self._block_rows = 0
         self._last: BandCovariance | None = None
         self._last_of = 0
-        self._turn = turn
+        self._ask_at = N_COVARIANCE_BLOCKS // 2
 
     def add(self, rows: Decimation) -> None:
         """Add the samples that were taken last."""
@@ -110,9 +115,9 @@ class BandStream:
     def _start(self, rows: NDArray[np.float64]) -> CovarianceAccumulator:
         wanted = self._settings.n_references or SUBSPACE.most_references
         references = choose_references(rows, min(wanted, SUBSPACE.most_references))
-        automatic = math.ceil(SUBSPACE.rows_per_order * self._settings.max_order / len(references))
+        automatic = math.ceil(SUBSPACE.rows_per_order * self._order / len(references))
         self._block_rows = self._settings.block_rows or max(SUBSPACE.fewest_block_rows, automatic)
-        # What slides must be fast; and a record as one is what is printed first.
+        # What slides must be fast: of it later lags are not asked.
         may_double = self._settings.block_rows is None and self._when_full is WhenFull.JOIN
         return CovarianceAccumulator(
             n_lags=2 * (1 + may_double) * self._block_rows - 1,
@@ -121,6 +126,20 @@ class BandStream:
             capacity=N_COVARIANCE_BLOCKS,
             when_full=self._when_full,
         )
+
+    def is_crowded(self) -> bool:
+        """Tell whether there are more modes than the orders hold; asked now and then, it is dear.
+
+        A band with twice the orders, or with rows that a user chose, is not asked.
+        """
+        blocks, settings = self._accumulator, self._settings
+        if settings.block_rows is not None or self._order > settings.max_order:
+            return False
+        if blocks is None or blocks.n_added < self._ask_at:
+            return False
+        self._ask_at = blocks.n_added + SUBSPACE.spans_between * N_COVARIANCE_BLOCKS
+        of_band = self._result(blocks)
+        return leaves_more_than_chance(of_band.covariance, of_band.block_rows, self._order)
 
     def result(self) -> BandCovariance | None:
         """Return the covariances so far; None before the first block is complete.
@@ -138,7 +157,7 @@ class BandStream:
             first = self._last is None
             self._last, self._last_of = self._result(blocks), blocks.n_added
             if first:
-                self._last_of -= self._turn
+                self._last_of -= self.turn
         return self._last
 
     def _result(self, blocks: CovarianceAccumulator) -> BandCovariance:
@@ -154,7 +173,7 @@ class BandStream:
         covariance = blocks.result(rate_hz, outputs, weight)
         if self._when_full is WhenFull.JOIN or self._settings.refines:
             own = blocks.result(rate_hz, np.diag(inverse)[:, blocks.references], weight)
-        order = self._settings.max_order
+        order = self._order
         if len(mean) >= 2 * rows and lack_modes(covariance, rows, order):
             rows, order = 2 * rows, 2 * order
         n_lags = 2 * rows - 1

@@ -4,18 +4,17 @@ Of more modes than its orders hold with room to spare a factorisation makes fewe
 and the data determine these well.  They describe the covariances they were made from, but not
 those at later lags: a mixture of light modes beats, a broad mode only decays.
 
-Of many modes those of such a mixture may decay before the later lags.  Then what the highest order
-leaves out stands above chance in the matrix itself.
+Of many modes those of such a mixture may decay before the later lags.  Then what an order with
+room to spare leaves out stands above chance in the matrix itself; a window is asked that alone.
 
 A robot's own motion is no sum of decays and is hardly foreseen at all: more lags and higher orders
 would only give it more modes.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oma_identifier.covariance import OutputCovariance
-from oma_identifier.subspace.ssi_cov import factorise, MultiOrder
+from oma_identifier.subspace.ssi_cov import factorise, HankelFactors, MultiOrder
 from oma_identifier.subspace.thresholds import SUBSPACE
 
 
@@ -36,7 +35,7 @@ def lack_modes(covariance: OutputCovariance, block_rows: int, order: int) -> boo
     first = 2 * block_rows - 1
     mean, blocks = covariance.mean, covariance.blocks[:, first:]
     factors = factorise(mean[:first], block_rows)
-    if _leaves_more_than_chance(factors.values, covariance.blocks[:, :first], block_rows, order):
+    if leaves_more_than_chance(covariance.up_to(first), block_rows, order, factors):
         return True
     model = MultiOrder(factors, int(order / SUBSPACE.rows_per_order))
     kept, solution = model.highest, model.solve(model.highest)
@@ -54,16 +53,34 @@ def lack_modes(covariance: OutputCovariance, block_rows: int, order: int) -> boo
     return bool(of_modes and missed > SUBSPACE.unforeseen * chance)
 
 
-def _leaves_more_than_chance(
-    values: NDArray[np.float64], blocks: NDArray[np.floating], block_rows: int, order: int
+def leaves_more_than_chance(
+    covariance: OutputCovariance,
+    block_rows: int,
+    order: int,
+    factors: HankelFactors | None = None,
 ) -> bool:
-    """Tell whether a singular value that the highest order leaves out is more than chance.
+    """Tell whether a singular value that an order with room to spare leaves out is above chance.
 
     The mean of the blocks with signs in turn has their scatter and nothing of what they share.
+
+    Parameters
+    ----------
+    covariance : OutputCovariance
+        At ``2 * block_rows - 1`` lags, in blocks.
+    block_rows : int
+        Of the block Hankel matrix.
+    order : int
+        Highest model order.
+    factors : HankelFactors or None
+        Of the mean of the blocks, where they are at hand.
     """
-    if order >= len(values):
-        return False
+    blocks = covariance.blocks
     even = len(blocks) // 2 * 2
+    if even == 0:
+        return False
+    values = (factors or factorise(covariance.mean, block_rows)).values
+    kept = int(order / SUBSPACE.rows_per_order)
     first, second = (blocks[start:even:2].mean(axis=0, dtype=np.float64) for start in (0, 1))
     chance = factorise(0.5 * (first - second), block_rows).values
-    return bool(order < len(chance) and values[order] > SUBSPACE.left_out * chance[order])
+    last = min(len(values), len(chance))
+    return bool(kept < last and values[kept] > SUBSPACE.left_out * chance[kept])

@@ -42,6 +42,10 @@ class RecordStreams:
         for stream in self._streams:
             stream.add(self._decimation)
         self._decimation.drop()
+        self._streams = [
+            self._with_twice_the_orders(stream, samples) if stream.is_crowded() else stream
+            for stream in self._streams
+        ]
         empty = samples.acceleration[:0].copy()
         self._last = replace(samples, acceleration=empty, start_ns=samples.end_ns)
 
@@ -55,12 +59,31 @@ class RecordStreams:
 
     def _start(self, samples: Samples) -> None:
         self._decimation = Decimation()
-        span_s = min(self._settings.window_s, samples.duration_s)
-        bands = plan_bands(samples.sample_rate_hz, span_s, self._settings)
+        bands = plan_bands(samples.sample_rate_hz, self._span_s(samples), self._settings)
         self._streams = [
-            BandStream(band, self._settings, span_s, WhenFull.RETIRE, turn=index % 4)
+            BandStream(
+                band, self._settings, self._span_s(samples), WhenFull.RETIRE, turn=index % 4
+            )
             for index, band in enumerate(bands)
         ]
+
+    def _span_s(self, samples: Samples) -> float:
+        return min(self._settings.window_s, samples.duration_s)
+
+    def _with_twice_the_orders(self, stream: BandStream, samples: Samples) -> BandStream:
+        """Return the band's stream begun anew, with room for its modes."""
+        roomier = BandStream(
+            stream.band,
+            self._settings,
+            self._span_s(samples),
+            WhenFull.RETIRE,
+            turn=stream.turn,
+            fold=2,
+        )
+        window = Decimation()
+        window.take(samples.acceleration)
+        roomier.add(window)
+        return roomier
 
     def results(self) -> list[BandCovariance | None]:
         """Return the covariances of all bands so far."""

@@ -1,4 +1,7 @@
-"""A band with more modes than the model orders hold: a whole record is given twice the order."""
+"""A band with more modes than the model orders hold is given twice the order."""
+
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -6,8 +9,10 @@ import pytest
 from modal_core.channel import Channel
 from modal_core.samples import Samples
 from oma_identifier.identify import identify_parts
-from oma_identifier.identify_bands import band_sources
+from oma_identifier.identify_bands import band_sources, identify_bands
 from oma_identifier.settings import IdentificationSettings
+from oma_identifier.spectra import line_at
+from oma_identifier.subspace import RecordStreams
 
 RATE_HZ, DURATION_S, N_CHANNELS, N_FORCES = 100.0, 400.0, 24, 16
 SETTINGS = IdentificationSettings(refine=False)
@@ -45,3 +50,28 @@ def test_the_modes_of_a_crowded_band_are_found():
     apart_hz = np.abs(true_hz[:, None] - found_hz).min(axis=1)
     assert np.count_nonzero(apart_hz < 0.005 * true_hz) >= 32
     assert len(found_hz) <= 36
+
+
+@pytest.mark.parametrize(('n_modes', 'order'), [(6, 60), (20, 60), (36, 120), (46, 120)])
+def test_only_a_crowded_window_has_twice_the_order(n_modes, order):
+    _, samples = structure(991860 + n_modes, n_modes)
+    streams = RecordStreams(SETTINGS)
+    length = round(SETTINGS.window_s * RATE_HZ)
+    for first in (0, length // 2):
+        rows, start_ns = samples.acceleration[first : first + length], round(first / RATE_HZ * 1e9)
+        streams.add(replace(samples, acceleration=rows, start_ns=start_ns))
+        assert streams.results()[0].max_order == order
+
+
+def test_the_modes_of_a_crowded_window_that_slides_are_found():
+    true_hz, samples = structure(991897, 36)
+    streams = RecordStreams(SETTINGS)
+    length = round(SETTINGS.window_s * RATE_HZ)
+    for first in (0, length // 3, length):
+        rows, start_ns = samples.acceleration[first : first + length], round(first / RATE_HZ * 1e9)
+        part = replace(samples, acceleration=rows, start_ns=start_ns)
+        streams.add(part)
+        found = identify_bands(streams.results(), part.channels, SETTINGS, partial(line_at, part))
+        apart_hz = np.abs(true_hz[:, None] - found.modes.frequency_hz).min(axis=1)
+        assert np.count_nonzero(apart_hz < 0.01 * true_hz) >= 29  # 15 to 20 with one order
+        assert len(found.modes) <= 36
