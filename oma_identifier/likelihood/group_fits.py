@@ -11,6 +11,7 @@ from oma_identifier.likelihood.averages import averaged_again, divided, parts_wa
 from oma_identifier.likelihood.band_model import BandData, BandFit, BandModel
 from oma_identifier.likelihood.few_forces import (
     count_forces,
+    FAR,
     under_few_forces,
     with_residuals,
 )
@@ -115,8 +116,8 @@ def fit_with_residuals(
     if not _enough(lines, group):
         return GroupFit(group)
     n_forces = count_forces(spectra.at(lines).T.astype(np.complex128))
-    # Of more than half as many as channels nothing is told, and the fit is dear.
-    if not 0 < 2 * n_forces <= len(spectra.values):
+    n_moved = len(start.frequency_hz) + len(FAR) * len(spectra.values)
+    if not 0 < 2 * n_forces * n_moved <= LIKELIHOOD.most_root_parameters:
         return GroupFit(group)
     band, values = reduce_band(spectra, start, group, lines, few_forces=True)
     wider = with_residuals(band.model)

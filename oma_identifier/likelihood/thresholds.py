@@ -90,6 +90,10 @@ class LikelihoodThresholds:
     most_tails: int = 14
     """Modes beside the band in its model where none is projected out.  On 14 random
     records 115 modes were refined with 9, 121 with 14 and 121 with 20, which costs more."""
+    most_root_parameters: int = 700
+    """Real and imaginary parts of what few forces do to modes and residuals; of more such a fit
+    takes longer than all else (three of a crowd 49 s of 65).  What it ever told was of 3 or 4
+    forces, 12 modes and 15 channels: up to 336."""
     most_coherent: int = 30
     """Modes beside the band in its model where few forces drive them all."""
     most_remainders: int = 4
