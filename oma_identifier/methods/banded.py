@@ -1,7 +1,7 @@
 """Methods that solve every frequency band afresh from conditioned samples."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 import math
@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from modal_core.samples import Samples
 from oma_identifier.covariance import Band, BandConditioner, plan_bands
-from oma_identifier.methods.jackknife import jackknife
+from oma_identifier.methods.jackknife import jackknife, stretches
+from oma_identifier.methods.solver import Solver
 from oma_identifier.methods.thresholds import METHOD
 from oma_identifier.motion import never, PeakTest
 from oma_identifier.selection import (
@@ -28,8 +29,6 @@ from oma_identifier.spectra import line_at, peaks_hz, SpectralPeaks
 from oma_identifier.subspace import deviation_from, PoleDeviation, RawPoles
 
 Real = NDArray[np.float64]
-Solve = Callable[[Sequence[int], tuple[int, int] | None], RawPoles]
-"""Even model orders, and first and last row of a stretch to leave out, to poles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +67,8 @@ class JackknifedBand:
     ----------
     problem : Problem
         The band.
-    solve : callable
-        Solves it at some orders, without a stretch.
+    solver : Solver
+        Solves it at any order, and without stretches.
     poles : BandPoles
         All orders.
     trials : sequence of float
@@ -77,18 +76,18 @@ class JackknifedBand:
     """
 
     problem: Problem
-    solve: Solve
+    solver: Solver
     poles: BandPoles
     trials: Sequence[float]
 
     @classmethod
-    def of(cls, problem: Problem, solve: Solve, trials: Sequence[float]) -> 'JackknifedBand':
+    def of(cls, problem: Problem, solver: Solver, trials: Sequence[float]) -> 'JackknifedBand':
         """Solve all orders."""
-        raw = solve(problem.orders, None)
+        raw = solver.solve(problem.orders)
         rate_hz = problem.band.sample_rate_hz
         pole = np.asarray(np.log(raw.eigenvalue) * rate_hz, dtype=complex)
         poles = BandPoles(raw.model_order, raw.eigenvalue, pole, raw.shape)
-        return cls(problem, solve, poles, trials)
+        return cls(problem, solver, poles, trials)
 
     @property
     def band(self) -> Band:
@@ -128,14 +127,11 @@ class JackknifedBand:
         (n_blocks, n_rows) complex array [rad/s]
             Of NaN for a pole that is not found again without some of the blocks.
         """
-        orders = self.poles.model_order[rows]
-        series = jackknife(
-            self.problem.rows[:, : self.problem.n_channels],
-            partial(self.solve, sorted(set(orders.tolist()))),
-            orders,
-            np.log(self.poles.eigenvalue[rows]),
-            self.poles.shape[:, rows],
-        )
+        responses = self.problem.rows[:, : self.problem.n_channels]
+        order, shape = self.poles.model_order[rows], self.poles.shape[:, rows]
+        pole = np.log(self.poles.eigenvalue[rows])
+        found = self.solver.without(stretches(len(responses)), order, pole, shape)
+        series = jackknife(responses, found, pole, shape)
         return np.asarray(series * self.band.sample_rate_hz)
 
     def deviation(self, series: NDArray[np.complex128], pole: complex) -> PoleDeviation:
@@ -151,7 +147,7 @@ class BandedMethod(ABC):
     trials: Sequence[float] = SELECTION.trials
 
     @abstractmethod
-    def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solve:
+    def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solver:
         """Sum what the method needs of the rows, once per band; what it returns solves."""
 
     def counted_s(self, samples: Samples, settings: IdentificationSettings) -> float:

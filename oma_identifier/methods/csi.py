@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from oma_identifier.covariance import choose_references
-from oma_identifier.methods.banded import BandedMethod, Problem, Solve
+from oma_identifier.methods.banded import BandedMethod, Problem
 from oma_identifier.methods.ssi_data import BLOCK_ROWS, prepare_ssi_data
+from oma_identifier.methods.solver import SolvedAnew, Solver
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.subspace import combined_gram, combined_poles, RawPoles
 
@@ -16,7 +17,7 @@ class Csi(BandedMethod):
     name = 'csi'
     needs_inputs = True
 
-    def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solve:
+    def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solver:
         """Sum what the method needs; a band in which no input moves is solved without."""
         outputs = problem.rows[:, : problem.n_channels]
         inputs = problem.rows[:, problem.n_channels :]
@@ -31,4 +32,4 @@ class Csi(BandedMethod):
             rest = gram.without(left_out)
             return combined_poles(rest, inputs.shape[1], references, block_rows, orders)
 
-        return solve
+        return SolvedAnew(solve)

@@ -14,11 +14,12 @@ Künsch (1989), doi:10.1214/aos/1176347265 (jackknife of blocks for dependent da
 Hinkley (1977), Jackknifing in unbalanced situations, Technometrics 19, 285-292.
 """
 
-from collections.abc import Callable
 from itertools import pairwise
+import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import ifft, rfft
 
 from modal_core.numbers.indicators import mac
 from oma_identifier.methods.thresholds import METHOD
@@ -27,10 +28,15 @@ from oma_identifier.subspace import RawPoles
 N_BLOCKS = 20
 
 
+def stretches(n_rows: int) -> list[tuple[int, int]]:
+    """Return first row and the one after the last of each stretch that is left out in turn."""
+    edges = np.linspace(0, n_rows, N_BLOCKS + 1).round().astype(int)
+    return [(int(first), int(last)) for first, last in pairwise(edges)]
+
+
 def jackknife(
     responses: NDArray[np.float64],
-    solve: Callable[[tuple[int, int]], RawPoles],
-    order: NDArray[np.int64],
+    found: NDArray[np.complex128],
     pole: NDArray[np.complex128],
     shape: NDArray[np.complex128],
 ) -> NDArray[np.complex128]:
@@ -40,12 +46,10 @@ def jackknife(
     ----------
     responses : (n_samples, n_channels) array
         The record.
-    solve : callable
-        From first and last row of a stretch to the poles without it, at the model orders that
-        are wanted.  Windows over the gap would break the relation of known inputs to outputs by
-        far more than the noise that the scatter is due to.
-    order : (n_modes,) int array
-        Model order of each pole.
+    found : (n_blocks, n_modes) complex array
+        Each pole without one of the :func:`stretches`, NaN where it is not found again.  Windows
+        over the gap would break the relation of known inputs to outputs by far more than the
+        noise that the scatter is due to.
     pole : (n_modes,) complex array
         Natural logarithm of the eigenvalues whose scatter is asked for.
     shape : (n_channels, n_modes) complex array
@@ -57,13 +61,9 @@ def jackknife(
         In units of ``pole``: the mean square of a column over the number of blocks is the
         variance of the pole.  NaN for a pole that is not found again.
     """
-    edges = np.linspace(0, len(responses), N_BLOCKS + 1).round().astype(int)
-    found = np.full((N_BLOCKS, len(pole)), np.nan, dtype=complex)
-    for block, (first, last) in enumerate(pairwise(edges)):
-        found[block] = _again(solve((int(first), int(last))), order, pole, shape)
     n_found = np.sum(np.isfinite(found), axis=0)
     enough = n_found >= max(METHOD.least_found * N_BLOCKS, 2)
-    left = 1.0 - _shares(responses, edges, pole, shape)
+    left = 1.0 - _shares(responses, pole, shape)
     result = np.full((N_BLOCKS, len(pole)), np.nan, dtype=complex)
     for mode in np.flatnonzero(enough):
         known = np.isfinite(found[:, mode])
@@ -75,20 +75,27 @@ def jackknife(
 
 
 def _shares(
-    responses: NDArray[np.float64],
-    edges: NDArray[np.int64],
-    pole: NDArray[np.complex128],
-    shape: NDArray[np.complex128],
+    responses: NDArray[np.float64], pole: NDArray[np.complex128], shape: NDArray[np.complex128]
 ) -> NDArray[np.float64]:
     """Return the share of each block in the response of each mode, (n_blocks, n_modes) array."""
-    spectrum = np.fft.fft(responses @ shape.conj(), axis=0)
-    angle = 2.0 * np.pi * np.abs(np.fft.fftfreq(len(responses)))[:, None]
-    spectrum /= 1.0 + ((angle - np.abs(pole)) / pole.real) ** METHOD.resonance_power
-    energy = np.abs(np.fft.ifft(spectrum, axis=0)) ** 2
-    return np.asarray(np.add.reduceat(energy, edges[:-1], axis=0) / energy.sum(axis=0))
+    spectrum = rfft(responses, axis=0)
+    line = 2.0 * np.pi / len(responses)
+    shares = np.empty((N_BLOCKS, len(pole)))
+    for mode, own in enumerate(pole):
+        # Only lines near resonance count, of which few samples in time are enough.
+        reach = METHOD.resonance_reach * abs(own.real)
+        first = max(0, math.ceil((abs(own) - reach) / line))
+        last = min(len(spectrum), max(math.ceil((abs(own) + reach) / line), first + 1))
+        angle = line * np.arange(first, last)
+        seen = spectrum[first:last] @ shape[:, mode].conj()
+        seen /= 1.0 + ((angle - abs(own)) / own.real) ** METHOD.resonance_power
+        n_samples = 2 * N_BLOCKS * math.ceil(len(seen) / N_BLOCKS)
+        energy = np.abs(ifft(seen, n_samples)) ** 2
+        shares[:, mode] = energy.reshape(N_BLOCKS, -1).sum(axis=1) / energy.sum()
+    return shares
 
 
-def _again(
+def found_again(
     raw: RawPoles,
     order: NDArray[np.int64],
     pole: NDArray[np.complex128],

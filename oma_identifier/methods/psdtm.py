@@ -33,9 +33,10 @@ from scipy.fft import rfft
 from modal_core.errors import IdentificationError
 from modal_core.numbers.tapers import hann
 from modal_core.samples import Samples
-from oma_identifier.methods.banded import BandedMethod, no_raw_poles, Problem, Solve
+from oma_identifier.methods.banded import BandedMethod, no_raw_poles, Problem
 from oma_identifier.methods.half_spectra import HalfSpectra
 from oma_identifier.methods.polyreference import NormalEquations
+from oma_identifier.methods.solver import SolvedAnew, Solver
 from oma_identifier.methods.thresholds import METHOD
 from oma_identifier.motion import never, PeakTest
 from oma_identifier.selection import Identified
@@ -148,7 +149,7 @@ class _Bands(BandedMethod):
     def __init__(self) -> None:
         self.most_conditions = 0
 
-    def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solve:
+    def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solver:
         """Find the conditions; a band that shows one, or noise, has no poles."""
         spectra = Spectra.of(problem)
         condition = conditions(spectra)
@@ -164,7 +165,7 @@ class _Bands(BandedMethod):
                 spectra.angle, [spectra.direction(one) for one in each], orders
             )
 
-        return solve
+        return SolvedAnew(solve)
 
 
 def conditions(spectra: Spectra) -> NDArray[np.int64]:

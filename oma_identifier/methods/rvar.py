@@ -30,7 +30,8 @@ import math
 import numpy as np
 
 from modal_core.samples import Samples
-from oma_identifier.methods.banded import Problem, Solve
+from oma_identifier.methods.banded import Problem
+from oma_identifier.methods.solver import SolvedAnew, Solver
 from oma_identifier.methods.var import Var
 from oma_identifier.motion import never, PeakTest
 from oma_identifier.selection import Identified
@@ -67,13 +68,13 @@ class RecursiveVar(Var):
         age = np.arange(len(problem.rows))[::-1, None]
         return replace(problem, rows=problem.rows * np.exp(-age / steps))
 
-    def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solve:
+    def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solver:
         """Sum the products of faded samples; the poles are freed of the fading."""
         faded = super().prepare(problem, settings)
         fading = math.exp(-0.5 / (settings.memory * problem.band.sample_rate_hz))
 
         def solve(orders: Sequence[int], left_out: tuple[int, int] | None) -> RawPoles:
-            found = faded(orders, left_out)
+            found = faded.anew(orders, left_out)
             return RawPoles(found.model_order, fading * found.eigenvalue, found.shape)
 
-        return solve
+        return SolvedAnew(solve)

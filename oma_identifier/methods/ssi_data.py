@@ -4,14 +4,15 @@ from collections.abc import Sequence
 import math
 
 from oma_identifier.covariance import choose_references
-from oma_identifier.methods.banded import BandedMethod, Problem, Solve
+from oma_identifier.methods.banded import BandedMethod, Problem
+from oma_identifier.methods.solver import SolvedAnew, Solver
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.subspace import data_gram, data_poles, RawPoles
 
 BLOCK_ROWS = 20
 
 
-def prepare_ssi_data(problem: Problem, settings: IdentificationSettings) -> Solve:
+def prepare_ssi_data(problem: Problem, settings: IdentificationSettings) -> Solver:
     """Sum what data-driven subspace identification needs of a band."""
     references = choose_references(problem.rows, settings.n_references)
     block_rows = settings.block_rows or max(
@@ -22,7 +23,7 @@ def prepare_ssi_data(problem: Problem, settings: IdentificationSettings) -> Solv
     def solve(orders: Sequence[int], left_out: tuple[int, int] | None) -> RawPoles:
         return data_poles(gram.without(left_out), references, block_rows, orders)
 
-    return solve
+    return SolvedAnew(solve)
 
 
 class SsiData(BandedMethod):
@@ -30,6 +31,6 @@ class SsiData(BandedMethod):
 
     name = 'ssi_data'
 
-    def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solve:
+    def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solver:
         """Sum what the method needs of a band."""
         return prepare_ssi_data(problem, settings)

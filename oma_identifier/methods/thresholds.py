@@ -24,6 +24,10 @@ class MethodThresholds:
     """Of the distance from resonance in half-widths, where the response counts for a mode's share.
     """
 
+    resonance_reach: float = 16.0
+    """Half-widths to either side of resonance that are looked at for it: beyond, a response counts
+    for less than 1 / 65,000 of its amplitude."""
+
     # Poly-reference least squares.
     references: int = 6
     """References, where none are asked for."""

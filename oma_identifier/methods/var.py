@@ -27,7 +27,8 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky, eig, solve, solve_triangular
 
 from oma_identifier.covariance import choose_references, HankelGram
-from oma_identifier.methods.banded import BandedMethod, no_raw_poles, Problem, Solve
+from oma_identifier.methods.banded import BandedMethod, no_raw_poles, Problem
+from oma_identifier.methods.solver import SolvedAnew
 from oma_identifier.methods.thresholds import METHOD
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.subspace import RawPoles
@@ -42,7 +43,7 @@ class Var(BandedMethod):
 
     name = 'var'
 
-    def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solve:
+    def prepare(self, problem: Problem, settings: IdentificationSettings) -> SolvedAnew:
         """Sum the products; the order of the model counts twice."""
         references = choose_references(problem.rows, settings.n_references or METHOD.references)
         n_samples = round(problem.duration_s * problem.band.sample_rate_hz)
@@ -53,7 +54,7 @@ class Var(BandedMethod):
             found = [rest.poles(order // 2) for order in orders if 2 <= order // 2 <= sums.highest]
             return _joined(found, problem.n_channels)
 
-        return solve_orders
+        return SolvedAnew(solve_orders)
 
 
 class VarSums:
