@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from oma_identifier.covariance import choose_references
 from oma_identifier.methods.banded import BandedMethod, Problem
-from oma_identifier.methods.ssi_data import BLOCK_ROWS, prepare_ssi_data
 from oma_identifier.methods.solver import SolvedAnew, Solver
+from oma_identifier.methods.ssi_data import BLOCK_ROWS, prepare_ssi_data
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.subspace import combined_gram, combined_poles, RawPoles
 

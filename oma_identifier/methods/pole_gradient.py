@@ -53,9 +53,7 @@ def pole_gradient(equations: NormalEquations, order: int, eigenvalue: Complex) -
         denominator[:, place] = _products(left[:, rows], right[:, columns])
         cross[:, place] = _products(seen[1][:, rows], left[:, columns])
         cross[:, place] += _products(seen[0][:, rows], right[:, columns])
-    return np.concatenate(
-        [cross.reshape(n_poles, -1), denominator.reshape(n_poles, -1)], axis=1
-    )
+    return np.concatenate([cross.reshape(n_poles, -1), denominator.reshape(n_poles, -1)], axis=1)
 
 
 def _adjoint(solved: OrderEquations, eigenvalue: Complex) -> tuple[Complex, Complex]:

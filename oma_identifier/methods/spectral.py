@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from modal_core.mode import Mode, ModeSet
 from modal_core.samples import Samples
 from oma_identifier.covariance import plan_bands
+from oma_identifier.methods.decomposition import decompose, Decomposition
 from oma_identifier.methods.fdd import efdd, fdd
 from oma_identifier.motion import never, PeakTest
 from oma_identifier.selection import (
@@ -63,9 +64,10 @@ class SpectralMethod:
         """Identify the modes of one stretch."""
         bands = plan_bands(samples.sample_rate_hz, samples.duration_s, settings)
         band_hz = bands[-1].low_hz, bands[0].high_hz
-        modes = type(self).find(samples, band_hz=band_hz)
+        spectrum = decompose(samples)
+        modes = type(self).find(samples, spectrum, band_hz)
         peaks = [_Peak(mode) for mode in modes]
-        suspects = [*suspicious(peaks), *self.suspects(samples, band_hz)]
+        suspects = [*suspicious(peaks), *self.suspects(samples, spectrum, band_hz)]
         lines = lines_among(suspects, partial(line_at, samples))
         kept = tuple(
             peak.mode
@@ -84,7 +86,9 @@ class SpectralMethod:
         )
         return without_explained(found, line_evidence(samples, found), anywhere=True)
 
-    def suspects(self, samples: Samples, band_hz: tuple[float, float]) -> list[Suspect]:
+    def suspects(
+        self, samples: Samples, spectrum: Decomposition, band_hz: tuple[float, float]
+    ) -> list[Suspect]:
         """Return where lines may be besides the modes; unless overridden, nowhere."""
         return []
 
@@ -102,6 +106,8 @@ class Efdd(SpectralMethod):
     name = 'efdd'
     find = efdd
 
-    def suspects(self, samples: Samples, band_hz: tuple[float, float]) -> list[Suspect]:
+    def suspects(
+        self, samples: Samples, spectrum: Decomposition, band_hz: tuple[float, float]
+    ) -> list[Suspect]:
         """Return all peaks: that of a line has no bell, and gives no mode."""
-        return [Suspect(mode.frequency_hz) for mode in fdd(samples, band_hz=band_hz)]
+        return [Suspect(mode.frequency_hz) for mode in fdd(samples, spectrum, band_hz)]

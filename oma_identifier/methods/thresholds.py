@@ -60,6 +60,8 @@ class MethodThresholds:
     # Frequency domain decomposition.
     most_coordinates: int = 12
     """Principal coordinates of the scaled channels that are decomposed at every frequency."""
+    coordinate_lines: int = 64
+    """Lines of the spectrum that share these: a whole record has more modes than coordinates."""
     segments: int = 48
     """Segments that the cross spectral density is averaged of: of 12, 24, 48 and 96 on 16 random
     chains (60 to 240 s, 90 modes) 12 found 13 false peaks, 24 four, 48 and 96 none, all 86 modes.

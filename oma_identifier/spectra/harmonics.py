@@ -150,10 +150,11 @@ def _segment_phasors(
     taper = np.tile(np.blackman(length + 2)[1:-1], n_segments)
     carrier = taper * np.exp(-2j * np.pi * frequency_hz * time)
     carrier = carrier.reshape(n_segments, length)
-    turned = np.empty((n_segments, len(samples.channels)), dtype=complex)
+    sums = np.empty((n_segments, 3, len(samples.channels)))
     for number, part in enumerate(carrier):
         rows = samples.widened(slice(number * length, (number + 1) * length))
-        turned[number] = part.real @ rows + 1j * (part.imag @ rows)
-    mean = samples.acceleration[: len(time)].mean(axis=0, dtype=np.float64)
-    turned -= carrier.sum(axis=1)[:, None] * mean
+        # All that is needed of these rows at once: to read them takes longest.
+        sums[number] = np.stack([part.real, part.imag, np.ones(length)]) @ rows
+    mean = sums[:, 2].sum(axis=0) / len(time)
+    turned = sums[:, 0] + 1j * sums[:, 1] - carrier.sum(axis=1)[:, None] * mean
     return np.asarray(turned * (2.0 / (0.42 * length)))
