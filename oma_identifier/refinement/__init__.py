@@ -5,8 +5,18 @@ with honest deviations; the others stay as they were. Missing modes are sought, 
 left out, and what a window taught is where the next begins.
 """
 
+from oma_identifier.refinement.acceptance import Outcome, TAKEN
 from oma_identifier.refinement.adopt import adopt_refined, Adopted, NEW, Refiner
 from oma_identifier.refinement.refinement import refine
 from oma_identifier.refinement.thresholds import REFINEMENT
 
-__all__ = ['NEW', 'REFINEMENT', 'Adopted', 'Refiner', 'adopt_refined', 'refine']
+__all__ = [
+    'NEW',
+    'REFINEMENT',
+    'TAKEN',
+    'Adopted',
+    'Outcome',
+    'Refiner',
+    'adopt_refined',
+    'refine',
+]
