@@ -176,6 +176,28 @@ def remarks_on_units(records: Sequence[ImpactRecord]) -> tuple[str, ...]:
     return tuple(said)
 
 
+def remarks_on_sizes(records: Sequence[ImpactRecord]) -> tuple[str, ...]:
+    """Return what is to be said of sensors far larger or smaller than the others."""
+    far: dict[str, float] = {}
+    for record in records:
+        channels = record.responses.channels
+        size = record.responses.widened().std(axis=0)
+        for unit in {channel.unit for channel in channels}:
+            alike = [n for n, channel in enumerate(channels) if channel.unit == unit]
+            middle = float(np.median(size[alike]))
+            if len(alike) < IMPACT.fewest_alike or not middle > 0.0:
+                continue
+            for n in alike:
+                times = float(size[n]) / middle
+                if not 1.0 / IMPACT.unlike_size < times < IMPACT.unlike_size:
+                    far[channels[n].name] = times
+    return tuple(
+        f'{name} reads {times:.2g} times what the other sensors do: check its unit and gain;'
+        ' masses and shapes are as wrong as these'
+        for name, times in far.items()
+    )
+
+
 def remarks_on_lines(cleared: Sequence[Cleared]) -> tuple[str, ...]:
     """Return what is to be said of lines that are there without a tap."""
     told = (

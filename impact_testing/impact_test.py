@@ -14,6 +14,7 @@ from impact_testing.checks import (
     remarks_on_chain,
     remarks_on_lines,
     remarks_on_peaks,
+    remarks_on_sizes,
     remarks_on_taps,
     remarks_on_units,
 )
@@ -154,7 +155,12 @@ def impact_modes(
             found=str(error),
             advice='check that force and responses belong together, or narrow the band',
         ) from error
-    told = (*remarks_on_units(records), *remarks_on_lines(without), *remark_on_drift(drift_n))
+    told = (
+        *remarks_on_units(records),
+        *remarks_on_sizes(records),
+        *remarks_on_lines(without),
+        *remark_on_drift(drift_n),
+    )
     if any(each.without_unit for each in records):
         found = replace(found, scaled_modes=without_scale(found.scaled_modes))
     return replace(found, remarks=(*told, *found.remarks))

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from impact_testing.measuring_chain import check_measured
 from impact_testing.record import AGAINST, ImpactRecord, Run
 from modal_core.channel import Channel
 from modal_core.errors import RecordingError
@@ -39,7 +39,7 @@ def read_impact(
     Raises
     ------
     RecordingError
-        No force, or channels whose motion is none.
+        No force, channels whose motion is none, or values that are no measurement.
     """
     found = open_with_force(path, force, sample_rate_hz, unit, channels, in_runs=True)
     recording = found.responses
@@ -50,8 +50,12 @@ def read_impact(
             if isinstance(block, SampleBlock | StampedSamples)
         ]
     )
-    _check_whole(path, found.force_n[:, None], (found.name,))
-    _check_whole(path, rows, recording.channel_names)
+    check_measured(
+        path,
+        np.column_stack([found.force_n, rows]),
+        (found.name, *recording.channel_names),
+        ('N', *recording.units),
+    )
     measured = tuple(
         Channel(name, unit=si)
         for name, si in zip(recording.channel_names, recording.units, strict=True)
@@ -70,20 +74,6 @@ def read_impact(
     name, ends = Path(path).stem, (*found.begins[1:], len(rows))
     runs = tuple(Run(name, *rows_of) for rows_of in zip(found.begins, ends, strict=True))
     return ImpactRecord(found.force_n, samples, point, name, runs, found.without_unit)
-
-
-def _check_whole(path: str | Path, values: NDArray[np.float64], names: Sequence[str]) -> None:
-    """Refuse what is no number: of a tap nothing can be filled in."""
-    lost = np.argwhere(~np.isfinite(values))
-    if len(lost):
-        row, column = lost[0]
-        raise RecordingError(
-            'a value that is no number',
-            where=f'{path}: row {row + 1}, {names[column]}',
-            found=values[row, column],
-            expected='finite numbers: samples of a tap cannot be filled in',
-            advice='leave the channel out with --channels, - in its place, or cut the rows off',
-        )
 
 
 def _hit(force: str, names: Sequence[str]) -> str:

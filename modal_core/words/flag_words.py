@@ -29,6 +29,7 @@ FLAG_WORDS = {
     'unit_g_suspicion': 'gravity reads 1: perhaps in g instead of m/s²',
     'gravity_suspicion': 'gravity has the wrong length: check gain and unit',
     'gain_suspicion': "too large or small for the robot's motion: check gain and unit",
+    'large_suspicion': 'far larger than others of its kind: check unit and gain',
     'small_suspicion': 'far smaller than others of its kind, yet no noise: check unit and gain',
     'polarity_suspicion': "the robot's motion the wrong way round: check polarity",
     'axes_suspicion': "another axis' motion of the robot: check axes and mounting",

@@ -21,7 +21,7 @@ from oma_identifier.quality.health import (
 from oma_identifier.quality.heard import heard_to_hz, without_unheard
 from oma_identifier.quality.repeats import RepeatWatch
 from oma_identifier.quality.setup_check import check_gravity
-from oma_identifier.quality.small import check_sizes
+from oma_identifier.quality.sizes import check_sizes
 
 __all__ = [
     'COPIED',

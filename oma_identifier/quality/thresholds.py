@@ -33,12 +33,14 @@ class QualityThresholds:
     in single precision 5e-7 of it, where noise of one step of 20 bits takes two channels farther
     apart at some sample of any window."""
 
-    # Channels far smaller than the others.
+    # Channels far smaller or larger than the others.
     small_factor: float = 500.0
     """Times that a channel is smaller than the median of its kind: half of what milli makes. Of
     4000 random structures each, 0.3 % of drawn shapes, 0.2 % of cantilevers with sensors anywhere
     and 0.8 % of those with one or two modes have such a channel by nature, chains and beams on
-    two supports none; of channels with a factor of 1000 it finds 78 to 98 %."""
+    two supports none; of channels with a factor of 1000 it finds 78 to 98 %.  Of 16,000 structures
+    none has a channel so many times larger; of those in a unit 1000 times too large it finds 70 to
+    90 %, all but those of few channels, one of which is at rest."""
     mostly_noise: float = 0.8
     """Share of the rms that white noise may be: of noise alone the estimate is 1, within 0.1."""
     fewest_alike: int = 3

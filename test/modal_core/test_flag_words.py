@@ -53,7 +53,8 @@ def test_every_flag_that_is_set_has_words():
     from oma_identifier.synchrony.change_kind import CHANGES
 
     found = {*EXCLUDING, *CHANGES, sensor_check.GAIN, sensor_check.POLARITY, sensor_check.AXES}
-    found |= {'small_suspicion', 'partial', 'restarted', 'wrapped', 'rectified', 'rows_reversed'}
+    found |= {'small_suspicion', 'large_suspicion', 'partial', 'restarted', 'wrapped'}
+    found |= {'rectified', 'rows_reversed'}
     for path in Path(oma_identifier.__file__).parent.rglob('*.py'):
         if not path.name.endswith(('_node.py', 'ros_messages.py')):
             found |= flags_set_in(path)

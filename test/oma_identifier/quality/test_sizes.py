@@ -1,4 +1,4 @@
-"""Channels far smaller than the others of their kind."""
+"""Channels far larger or smaller than the others of their kind."""
 
 import numpy as np
 import pytest
@@ -30,6 +30,11 @@ def test_a_channel_in_a_thousandth_of_the_unit_is_told(values):
     assert not check_sizes(channels(values))
     values[:, 3] *= 1e-3
     assert check_sizes(channels(values)) == {'c3': 'small_suspicion'}
+
+
+def test_a_channel_in_a_thousand_times_the_unit_is_told(values):
+    values[:, 3] *= 1e3
+    assert check_sizes(channels(values)) == {'c3': 'large_suspicion'}
 
 
 def test_noise_other_kinds_and_too_few_channels_raise_no_suspicion(values):

@@ -1,4 +1,4 @@
-"""Channels far smaller than the others of their kind that are no noise: a wrong unit or gain."""
+"""Channels far larger or smaller than the others of their kind: a wrong unit or gain."""
 
 from collections.abc import Sequence
 
@@ -7,11 +7,13 @@ import numpy as np
 from modal_core.quality import ChannelQuality
 from oma_identifier.quality.thresholds import QUALITY
 
-SMALL = 'small_suspicion'
+SMALL, LARGE = 'small_suspicion', 'large_suspicion'
 
 
 def check_sizes(channels: Sequence[ChannelQuality]) -> dict[str, str]:
-    """Return a flag per channel whose rms is far below the median of those in its unit.
+    """Return a flag per channel whose rms is far from the median of those in its unit.
+
+    What is far below and noise raises no suspicion: it does not move.
 
     Parameters
     ----------
@@ -23,7 +25,9 @@ def check_sizes(channels: Sequence[ChannelQuality]) -> dict[str, str]:
         alike = [channel for channel in channels if channel.unit == unit]
         if len(alike) < QUALITY.fewest_alike:
             continue
-        least = float(np.median([channel.rms for channel in alike])) / QUALITY.small_factor
+        middle = float(np.median([channel.rms for channel in alike]))
+        least, most = middle / QUALITY.small_factor, middle * QUALITY.small_factor
+        flags |= {channel.name: LARGE for channel in alike if channel.rms > most}
         flags |= {
             channel.name: SMALL
             for channel in alike
