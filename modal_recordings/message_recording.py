@@ -1,6 +1,7 @@
 """A file or folder of ROS messages as a recording."""
 
 from collections.abc import Iterator, Sequence
+from copy import deepcopy
 from pathlib import Path
 
 from modal_core.errors import RecordingError
@@ -8,7 +9,15 @@ from modal_core.measurements import Measurement, NANOSECONDS_PER_SECOND
 from modal_core.spindle_speed import SpindleSpeed
 from modal_recordings.contents import RecordingInfo, summarise, why_unusable
 from modal_recordings.mark import cut, high_stretch, mark_pieces, Stretch
-from modal_recordings.messages import Attachment, decode, MessageFile, RawMessage, USABLE_TYPES
+from modal_recordings.messages import (
+    Attachment,
+    decode,
+    log_times_mislead,
+    MessageFile,
+    RawMessage,
+    side_by_side,
+    USABLE_TYPES,
+)
 from modal_recordings.spindle_speed import (
     speed_of_channel,
     speed_of_topic,
@@ -18,6 +27,9 @@ from modal_recordings.spindle_speed import (
 
 BATCH_NS = NANOSECONDS_PER_SECOND // 4
 LARGEST_BATCH_BYTES = 16_000_000
+TOGETHER = 64
+"""Messages of one topic that are decoded at once where stamps tell the order: a third of a second
+of a sensor at 200 Hz."""
 
 
 class MessageRecording:
@@ -99,6 +111,9 @@ class MessageRecording:
     def measurements(self) -> Iterator[Measurement]:
         """Yield measurements in log order, in batches of a quarter of a second per topic.
 
+        Where the first batch holds far more by the stamps of its samples, topics come side by side
+        by these instead.
+
         Raises
         ------
         RecordingError
@@ -137,13 +152,45 @@ class MessageRecording:
     def _read(self) -> Iterator[Measurement]:
         self.n_refused = {}
         self.refused = {}
-        for batch in self.raw_batches():
-            for (topic, message_type), raws in batch.items():
-                found = decode(raws, message_type, topic, ros1=self.file.ros1)
-                if found.refused:
-                    self.n_refused[topic] = self.n_refused.get(topic, 0) + len(found.refused)
-                    self.refused.setdefault(topic, str(found.refused[0]))
-                yield from found.measurements
+        batches = self.raw_batches()
+        first = self._decoded(next(batches, {}))
+        if log_times_mislead(first):
+            batches.close()
+            self.n_refused = {}
+            # Each topic has a reader of its own, so that little is held of any.
+            yield from side_by_side(
+                [
+                    self._of_topic(topic, self.file if number == 0 else deepcopy(self.file))
+                    for number, topic in enumerate(sorted(self.selected))
+                ]
+            )
+            return
+        yield from first
+        for batch in batches:
+            yield from self._decoded(batch)
+
+    def _of_topic(self, topic: str, file: MessageFile) -> Iterator[Measurement]:
+        """Yield the measurements of one topic, some messages at once."""
+        n_read = 0
+        n_expected = max(
+            1, sum(each.n_messages or 0 for each in self.entries if each.name == topic)
+        )
+        for bunch in file.bunches(frozenset({topic})):
+            for start in range(0, len(bunch), TOGETHER):
+                some = bunch[start : start + TOGETHER]
+                yield from self._decoded({some[0][1]: [data for _, _, data in some]})
+            n_read += len(bunch)
+            self.fraction_read = min(1.0, n_read / n_expected)
+
+    def _decoded(self, batch: dict[tuple[str, str], list[bytes]]) -> list[Measurement]:
+        measurements: list[Measurement] = []
+        for (topic, message_type), raws in batch.items():
+            found = decode(raws, message_type, topic, ros1=self.file.ros1)
+            if found.refused:
+                self.n_refused[topic] = self.n_refused.get(topic, 0) + len(found.refused)
+                self.refused.setdefault(topic, str(found.refused[0]))
+            measurements += found.measurements
+        return measurements
 
     def messages(self) -> Iterator[RawMessage]:
         """Yield the serialised messages of the selected topics in log order, for replay."""

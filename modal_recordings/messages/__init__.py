@@ -14,6 +14,7 @@ from modal_recordings.messages.attachment import (
     save_attachments,
     SOFTWARE,
 )
+from modal_recordings.messages.by_stamp import log_times_mislead, side_by_side
 from modal_recordings.messages.cdr import ACCEL, ACCEL_WITH_COVARIANCE, IMU
 from modal_recordings.messages.decode import (
     BLOCK,
@@ -64,11 +65,13 @@ __all__ = [
     'definition',
     'differing_field',
     'encode',
+    'log_times_mislead',
     'media_type',
     'message_fields',
     'most_rows',
     'one_by_one',
     'save_attachments',
+    'side_by_side',
     'small_blocks',
     'typestore',
 ]
