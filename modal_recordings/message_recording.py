@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator, Sequence
 from copy import deepcopy
+import heapq
+from operator import attrgetter
 from pathlib import Path
 
 from modal_core.errors import RecordingError
@@ -12,6 +14,7 @@ from modal_recordings.mark import cut, high_stretch, mark_pieces, Stretch
 from modal_recordings.messages import (
     Attachment,
     decode,
+    first_stamp,
     log_times_mislead,
     MessageFile,
     RawMessage,
@@ -79,6 +82,7 @@ class MessageRecording:
         self._mark = mark
         self._spindle = spindle
         self._stretch: Stretch | None = None
+        self._copied: bool | None = None
         self.n_refused: dict[str, int] = {}
         self.refused: dict[str, str] = {}
         self._speed_topic = speed_topic(self.entries, spindle)
@@ -150,24 +154,29 @@ class MessageRecording:
         return without_channel(self._read(), self._spindle)
 
     def _read(self) -> Iterator[Measurement]:
+        is_copied = self._is_copied()
         self.n_refused = {}
         self.refused = {}
-        batches = self.raw_batches()
-        first = self._decoded(next(batches, {}))
-        if log_times_mislead(first):
-            batches.close()
-            self.n_refused = {}
-            # Each topic has a reader of its own, so that little is held of any.
-            yield from side_by_side(
-                [
-                    self._of_topic(topic, self.file if number == 0 else deepcopy(self.file))
-                    for number, topic in enumerate(sorted(self.selected))
-                ]
-            )
+        if is_copied:
+            yield from side_by_side([self._of_topic(*each) for each in self._readers()])
             return
-        yield from first
-        for batch in batches:
+        for batch in self.raw_batches():
             yield from self._decoded(batch)
+
+    def _is_copied(self) -> bool:
+        """Tell whether log times are those of a program that wrote the file anew."""
+        if self._copied is None:
+            batches = self.raw_batches()
+            self._copied = log_times_mislead(self._decoded(next(batches, {})))
+            batches.close()
+        return self._copied
+
+    def _readers(self) -> list[tuple[str, MessageFile]]:
+        """Return each topic with a reader of its own, so that little is held of any."""
+        return [
+            (topic, deepcopy(self.file) if number else self.file)
+            for number, topic in enumerate(sorted(self.selected))
+        ]
 
     def _of_topic(self, topic: str, file: MessageFile) -> Iterator[Measurement]:
         """Yield the measurements of one topic, some messages at once."""
@@ -182,6 +191,15 @@ class MessageRecording:
             n_read += len(bunch)
             self.fraction_read = min(1.0, n_read / n_expected)
 
+    def _stamped(self, topic: str, file: MessageFile) -> Iterator[RawMessage]:
+        """Yield the messages of one topic, logged when they were stamped."""
+        reached_ns = 0
+        for raw in file.messages(frozenset({topic})):
+            found = decode([raw.data], raw.message_type, topic, ros1=self.file.ros1)
+            for each in found.measurements[:1]:
+                reached_ns = max(reached_ns, first_stamp(each))
+            yield raw._replace(log_time_ns=reached_ns)
+
     def _decoded(self, batch: dict[tuple[str, str], list[bytes]]) -> list[Measurement]:
         measurements: list[Measurement] = []
         for (topic, message_type), raws in batch.items():
@@ -193,8 +211,14 @@ class MessageRecording:
         return measurements
 
     def messages(self) -> Iterator[RawMessage]:
-        """Yield the serialised messages of the selected topics in log order, for replay."""
-        return self.file.messages(self.selected)
+        """Yield the serialised messages of the selected topics in log order, for replay.
+
+        Where log times mislead, see :meth:`measurements`, by the stamps within.
+        """
+        if not self._is_copied():
+            return self.file.messages(self.selected)
+        topics = [self._stamped(*each) for each in self._readers()]
+        return heapq.merge(*topics, key=attrgetter('log_time_ns'))
 
     def attachments(self) -> tuple[Attachment, ...]:
         """Return the files it carries: its robot, its sensors, the software that wrote it."""

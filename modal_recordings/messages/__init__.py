@@ -14,7 +14,7 @@ from modal_recordings.messages.attachment import (
     save_attachments,
     SOFTWARE,
 )
-from modal_recordings.messages.by_stamp import log_times_mislead, side_by_side
+from modal_recordings.messages.by_stamp import first_stamp, log_times_mislead, side_by_side
 from modal_recordings.messages.cdr import ACCEL, ACCEL_WITH_COVARIANCE, IMU
 from modal_recordings.messages.decode import (
     BLOCK,
@@ -65,6 +65,7 @@ __all__ = [
     'definition',
     'differing_field',
     'encode',
+    'first_stamp',
     'log_times_mislead',
     'media_type',
     'message_fields',

@@ -54,6 +54,10 @@ def _reached(
     """Yield measurements behind how far their topic has come."""
     reached_ns = 0
     for each in measurements:
-        own_ns = each.stamp_ns if isinstance(each, SampleBlock) else int(each.stamp_ns.min())
-        reached_ns = max(reached_ns, own_ns)
+        reached_ns = max(reached_ns, first_stamp(each))
         yield reached_ns, number, each
+
+
+def first_stamp(measurement: Measurement) -> int:
+    """Return the earliest stamp of a batch [ns]."""
+    return int(np.min(measurement.stamp_ns))

@@ -68,6 +68,16 @@ def test_sensors_come_side_by_side_by_their_own_stamps(tmp_path, how, by_topic):
     assert recording.fraction_read == 1.0
 
 
+@pytest.mark.parametrize('how', LOG_TIMES)
+def test_a_replay_is_paced_by_their_own_stamps(tmp_path, how):
+    messages = sent()
+    path = tmp_path / 'copied.mcap'
+    write(path, sorted(messages, key=lambda message: message.topic), LOG_TIMES[how])
+    played = list(open_recording(path).messages())
+    assert [m.log_time_ns for m in played] == [m.log_time_ns for m in messages]
+    assert sorted(m.data for m in played) == sorted(m.data for m in messages)
+
+
 def test_what_was_recorded_as_it_came_is_read_once(tmp_path):
     path = tmp_path / 'recorded.mcap'
     write(path, sent(), lambda number, stamp: stamp + 3_000_000)
