@@ -1,6 +1,7 @@
 """A file or folder of ROS messages as a recording."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import closing
 from copy import deepcopy
 import heapq
 from operator import attrgetter
@@ -166,9 +167,8 @@ class MessageRecording:
     def _is_copied(self) -> bool:
         """Tell whether log times are those of a program that wrote the file anew."""
         if self._copied is None:
-            batches = self.raw_batches()
-            self._copied = log_times_mislead(self._decoded(next(batches, {})))
-            batches.close()
+            with closing(self.raw_batches()) as batches:
+                self._copied = log_times_mislead(self._decoded(next(batches, {})))
         return self._copied
 
     def _readers(self) -> list[tuple[str, MessageFile]]:
@@ -232,7 +232,7 @@ class MessageRecording:
         )
         return (*self.file.damage(), *refused)
 
-    def raw_batches(self) -> Iterator[dict[tuple[str, str], list[bytes]]]:
+    def raw_batches(self) -> Generator[dict[tuple[str, str], list[bytes]], None, None]:
         """Yield raw messages by topic and type, a quarter of a second of log time at once."""
         batch: dict[tuple[str, str], list[bytes]] = {}
         end_ns = n_bytes = n_read = 0

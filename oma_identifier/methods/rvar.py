@@ -31,7 +31,7 @@ import numpy as np
 
 from modal_core.samples import Samples
 from oma_identifier.methods.banded import Problem
-from oma_identifier.methods.solver import SolvedAnew, Solver
+from oma_identifier.methods.solver import SolvedAnew
 from oma_identifier.methods.var import Var
 from oma_identifier.motion import never, PeakTest
 from oma_identifier.selection import Identified
@@ -68,7 +68,7 @@ class RecursiveVar(Var):
         age = np.arange(len(problem.rows))[::-1, None]
         return replace(problem, rows=problem.rows * np.exp(-age / steps))
 
-    def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solver:
+    def prepare(self, problem: Problem, settings: IdentificationSettings) -> SolvedAnew:
         """Sum the products of faded samples; the poles are freed of the fading."""
         faded = super().prepare(problem, settings)
         fading = math.exp(-0.5 / (settings.memory * problem.band.sample_rate_hz))
