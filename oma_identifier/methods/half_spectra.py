@@ -83,7 +83,7 @@ class LagSums:
         self._n_fft = next_fast_len(8 * n_lags, real=True)
         silence = np.zeros((n_lags, len(references)))
         past = np.concatenate([silence, rows[:, references]])
-        self._total = self._shifts(self._cross_spectrum(rows, past))
+        self._total = self._shifts(self._cross_spectrum(rows, past, self._n_fft), self._n_fft)
         # A stretch that is left out changes little, which need not be known precisely.
         self._rows, self._past = rows.astype(np.float32), past.astype(np.float32)
 
@@ -102,22 +102,23 @@ class LagSums:
         first, last = left_out
         end = min(last + self._n_lags, n_rows)
         # All that ends in the stretch or within reach of it, but what has not begun in it.
+        n_fft = min(self._n_fft, next_fast_len(end - first + self._n_lags, real=True))
         spectrum = self._cross_spectrum(
-            self._rows[first:end], self._past[first : end + self._n_lags]
+            self._rows[first:end], self._past[first : end + self._n_lags], n_fft
         )
         beside = self._past[last : end + self._n_lags].copy()
         beside[max(0, first - last + self._n_lags) : self._n_lags] = 0.0
-        spectrum -= self._cross_spectrum(self._rows[last:end], beside)
+        spectrum -= self._cross_spectrum(self._rows[last:end], beside, n_fft)
         ends = _length(np.maximum(first, lags), last)
         begins = _length(first + lags, np.minimum(last + lags, n_rows))
         counts -= ends + begins - _length(first + lags, last)
-        return np.asarray((self._total - self._shifts(spectrum)) / counts[:, None, None])
+        return np.asarray((self._total - self._shifts(spectrum, n_fft)) / counts[:, None, None])
 
     def _cross_spectrum(
-        self, rows: NDArray[np.floating], past: NDArray[np.floating]
+        self, rows: NDArray[np.floating], past: NDArray[np.floating], n_fft: int
     ) -> NDArray[np.complexfloating]:
         """Return the spectrum of Σ_t r(t-k) y(t); the references begin ``n_lags`` earlier."""
-        n_lags, n_fft = self._n_lags, self._n_fft
+        n_lags = self._n_lags
         step = n_fft - n_lags
         shape = (n_fft // 2 + 1, rows.shape[1], past.shape[1])
         total = np.zeros(shape, np.result_type(rows.dtype, np.complex64))
@@ -127,8 +128,8 @@ class LagSums:
             total += now[:, :, None].conj() * before[:, None, :]
         return total
 
-    def _shifts(self, spectrum: NDArray[np.complexfloating]) -> NDArray[np.floating]:
-        return np.asarray(irfft(spectrum, self._n_fft, axis=0)[self._n_lags :: -1])
+    def _shifts(self, spectrum: NDArray[np.complexfloating], n_fft: int) -> NDArray[np.floating]:
+        return np.asarray(irfft(spectrum, n_fft, axis=0)[self._n_lags :: -1])
 
 
 def _length(first: NDArray[np.int64], last: NDArray[np.int64] | int) -> NDArray[np.int64]:
