@@ -19,6 +19,7 @@ from model_gap.decide.discriminate import experiments_between, separation_now
 from model_gap.decide.locate import gap_fraction
 from model_gap.decide.open_places import is_place, place_reasons
 from model_gap.decide.what_remains import what_remains
+from model_gap.effects import Effect, EffectParameter
 from model_gap.fit import FIT, Fit
 from model_gap.hypothesis import Hypothesis
 from model_gap.search import Candidate, EVIDENCE_BETWEEN, joint_shares, RivalPair, Round, Search
@@ -128,7 +129,7 @@ def _decided(search: Search) -> Decision:
         names = ', '.join(repr(effect) for effect in final.hypothesis.effects)
         rejected = f'{names} is rejected, for it is not the whole truth: {_left(search, final)}'
         return _unexplained(search, final.hypothesis, (*why, rejected), accepted + rivals, limits)
-    shared = one_law(final.hypothesis)
+    shared = (*one_law(final.hypothesis), *at_other_ends(final.hypothesis))
     if rivals or limits or shared:
         kinds = [pair.rival for pair in search.rivals if not is_place(pair)]
         close = tuple(f'{item.effect!r} explains it nearly as well' for item in kinds)
@@ -190,7 +191,9 @@ def at_limits(hypothesis: Hypothesis) -> tuple[str, ...]:
     """Return which effects are as large as is plausible at all: something else made them so."""
     found = []
     for effect, values in zip(hypothesis.effects, hypothesis.values(), strict=True):
-        for item, value in zip(effect.parameters(hypothesis.scene)[:1], values, strict=False):
+        for item, value, size in _numbers(effect, values, hypothesis):
+            if not size:
+                continue
             low, high = (
                 item.low + LIMITS.near_end * abs(item.low),
                 item.high - LIMITS.near_end * abs(item.high),
@@ -249,19 +252,52 @@ def half_explained(first: Round, worth_adding: float) -> tuple[str, ...]:
     return (*found, *at_ends(best.fit.hypothesis))
 
 
+def at_other_ends(hypothesis: Hypothesis) -> tuple[str, ...]:
+    """Return which names may stand for others: a number that is no size is at an end of its range.
+
+    There a law is often one that the catalogue has without that number: what swings faster than
+    all else is a payload.  The size is right even so, and the name may be.
+    """
+    found = []
+    for effect, values in zip(hypothesis.effects, hypothesis.values(), strict=True):
+        for item, value, size in _numbers(effect, values, hypothesis):
+            if not size and _at_end(item, value):
+                found.append(f'{_end_words(effect, item, value)}: it may stand for another law')
+    return tuple(found)
+
+
 def at_ends(hypothesis: Hypothesis) -> tuple[str, ...]:
     """Return which numbers of the last effect lie at the end of their range."""
     effect, values = hypothesis.effects[-1], hypothesis.values()[-1]
-    found = []
-    for item, value in zip(effect.parameters(hypothesis.scene), values, strict=True):
-        close = LIMITS.near_end * (item.high - item.low)
-        # What begins at nothing is no end.
-        low = item.low if item.low != 0.0 else -np.inf
-        if not low + close < value < item.high - close:
-            unit = '' if item.unit == '1' else f' {item.unit}'
-            name = item.name.replace('_', ' ')
-            found.append(f'{name} of {effect!r} is at the end of its range, {value:.3g}{unit}')
-    return tuple(found)
+    return tuple(
+        _end_words(effect, item, value)
+        for item, value, _ in _numbers(effect, values, hypothesis)
+        if _at_end(item, value)
+    )
+
+
+def _numbers(
+    effect: Effect, values: Sequence[float], hypothesis: Hypothesis
+) -> list[tuple[EffectParameter, float, bool]]:
+    """Return the numbers of an effect, their values, and whether each says how large it is."""
+    items = effect.parameters(hypothesis.scene)
+    return [
+        (item, value, item.is_size_of(items[0])) for item, value in zip(items, values, strict=True)
+    ]
+
+
+def _at_end(item: EffectParameter, value: float) -> bool:
+    # On the inner scale: of what may differ by orders of magnitude a tenth of it is no end.
+    low, high = item.inner(item.low), item.inner(item.high)
+    close, here = LIMITS.near_end * (high - low), item.inner(value)
+    # What begins at nothing is no end.
+    return here > high - close or (item.low != 0.0 and here < low + close)
+
+
+def _end_words(effect: Effect, item: EffectParameter, value: float) -> str:
+    unit = '' if item.unit == '1' else f' {item.unit}'
+    name = item.name.replace('_', ' ')
+    return f'{name} of {effect!r} is at the end of its range, {value:.3g}{unit}'
 
 
 def _unexplained(

@@ -51,6 +51,11 @@ class EffectParameter:
         """Return the inner number of a value."""
         return float(np.log(value / self.neutral)) if self.log else float(value - self.neutral)
 
+    def is_size_of(self, first: 'EffectParameter') -> bool:
+        """Return whether it says how large an effect is, as its first number does."""
+        alike = self.unit == first.unit and not self.log and self.neutral == 0.0
+        return self is first or alike
+
     def slope(self, inner: float) -> float:
         """Return d value / d inner."""
         return self.value(inner) if self.log else 1.0

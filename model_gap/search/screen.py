@@ -17,7 +17,7 @@ from modal_core.errors import ModelError
 from modal_core.work.side_by_side import side_by_side
 from model_gap.campaign import Complex, Rows
 from model_gap.cell import CellModel
-from model_gap.effects import Effect, EffectParameter, Scene
+from model_gap.effects import Effect, Scene
 from model_gap.fit import FIT, free_numbers_cost
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
@@ -243,13 +243,9 @@ def larger(effect: Effect, values: Start, scene: Scene) -> Start:
     if not items or items[0].log:
         return values
     return tuple(
-        item.value(SEARCH.growth * item.inner(value)) if _is_size(item, items[0]) else value
+        item.value(SEARCH.growth * item.inner(value)) if item.is_size_of(items[0]) else value
         for item, value in zip(items, values, strict=True)
     )
-
-
-def _is_size(item: EffectParameter, first: EffectParameter) -> bool:
-    return item is first or (item.unit == first.unit and not item.log and item.neutral == 0.0)
 
 
 def _predicted(cells: Sequence[CellModel], predictor: Predictor) -> list[list[Complex] | None]:

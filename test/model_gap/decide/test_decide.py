@@ -13,6 +13,7 @@ from model_gap.decide.decide import (
     AGREEING,
     at_ends,
     at_limits,
+    at_other_ends,
     half_explained,
     objections,
     one_law,
@@ -20,9 +21,12 @@ from model_gap.decide.decide import (
 from model_gap.effects import Scene
 from model_gap.effects.backlash import Backlash
 from model_gap.effects.cable import Cable
+from model_gap.effects.coulomb_friction import CoulombFriction
+from model_gap.effects.gravity_compensator import GravityCompensator
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.payload import Payload
 from model_gap.effects.sensor_polarity import SensorPolarity
+from model_gap.effects.tuned_mass import TunedMass
 from model_gap.fit.fit import Fit
 from model_gap.hypothesis.hypothesis import Hypothesis
 from model_gap.search.rivals import confirmed, rivals_of
@@ -45,6 +49,40 @@ def test_a_number_at_the_end_of_its_range_is_no_explanation(nominal):
     held = nominal.with_effect(Backlash('joint_2'), (1e-4, 0.0))
     assert at_limits(held) == ()
     assert at_limits(nominal.with_effect(SensorPolarity('sensor:elbow', 'x'), ())) == ()
+
+
+def test_every_size_of_an_effect_has_an_end(nominal):
+    """A counterbalance has two, a payload one: its centre of mass is none."""
+    half = GravityCompensator('joint_2')
+    _, across = half.parameters(nominal.scene)
+    (reason,) = at_limits(nominal.with_effect(half, (0.0, across.high)))
+    assert 'strength_sin' in reason
+    payload = Payload(nominal.scene.model.link_names[-1])
+    start = payload.starts(nominal.scene)[0]
+    _, along, *_ = payload.parameters(nominal.scene)
+    aside = nominal.with_effect(payload, (start[0], along.high, *start[2:]))
+    assert at_limits(aside) == ()
+    (reason,) = at_other_ends(aside)
+    assert 'com x' in reason
+
+
+@pytest.mark.parametrize(('frequency', 'reasons'), [(70.0, 1), (69.0, 0), (2.0, 1), (2.1, 0)])
+def test_what_swings_as_fast_or_slowly_as_it_may_can_be_something_else(
+    nominal, frequency, reasons
+):
+    link = nominal.scene.model.link_names[-1]
+    swings = nominal.with_effect(TunedMass(link, 'x'), (10.0, frequency, 0.04))
+    assert len(at_other_ends(swings)) == reasons
+    assert at_limits(swings) == ()
+
+
+def test_small_numbers_of_a_wide_range_are_at_no_end(nominal):
+    """From 0.02 mrad/s to 0.1 rad/s: 0.1 mrad/s is far from both."""
+    friction = CoulombFriction('joint_2')
+    few = nominal.with_effect(
+        friction, (100.0, 1e-4, 0.0)[: len(friction.parameters(nominal.scene))]
+    )
+    assert at_other_ends(few) == ()
 
 
 def test_play_and_another_stiffness_in_one_joint_may_be_one_law(nominal):
