@@ -14,6 +14,8 @@ from model_gap.decide import (
     decide,
     Decision,
     gap_fraction,
+    least_seen,
+    LeastSeen,
     locate,
     noise_floor,
     untold,
@@ -73,6 +75,8 @@ class GapResult:
         Recordings whose joints travel too far to be compared; None: there are none.
     other_encoders : OtherEncoders or None
         Encoders that explain as well what was calibrated; None: none do.
+    least_seen : tuple of LeastSeen
+        Where nothing was found: how large effects would have to be to be named.
     """
 
     search: Search
@@ -90,6 +94,7 @@ class GapResult:
     seed: int
     travelled: Travelled | None = None
     other_encoders: OtherEncoders | None = None
+    least_seen: tuple[LeastSeen, ...] = ()
 
     @property
     def final(self) -> Hypothesis:
@@ -249,6 +254,7 @@ def _result(
             if calibrated and found.known
             else None
         ),
+        least_seen=least_seen(search) if found.decision.verdict is Verdict.NONE else (),
     )
 
 

@@ -97,6 +97,17 @@ def gap_mapping(result: GapResult, comparison: ModelComparison | None = None) ->
         'mounts': [
             {**asdict(item), 'sigma_deg': _number(item.sigma_deg)} for item in mounts(result)
         ],
+        'least_seen': [
+            {
+                'type': item.effect.type,
+                'location': item.effect.location,
+                'variant': item.effect.variant,
+                'parameter': item.number.name,
+                'unit': item.number.unit,
+                'value': _number(item.value),
+            }
+            for item in result.least_seen
+        ],
         'excitation': search.campaign.excitation,
         'comparison': None if comparison is None else comparison_mapping(comparison),
         'remarks': list(search.campaign.remarks),

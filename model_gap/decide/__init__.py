@@ -6,6 +6,7 @@ would tell two explanations apart.
 
 from model_gap.decide.adequacy import Adequacy, adequacy
 from model_gap.decide.decide import AGREEING, decide, Decision, LIMITS, objections, untold, Verdict
+from model_gap.decide.least_seen import least_seen, LeastSeen
 from model_gap.decide.locate import gap_fraction, locate, noise_floor, Where
 from model_gap.decide.open_places import open_places
 from model_gap.decide.telling_apart import all_fitted, NextRecording, Sight, Telling, telling_apart
@@ -16,6 +17,7 @@ __all__ = [
     'LIMITS',
     'Adequacy',
     'Decision',
+    'LeastSeen',
     'NextRecording',
     'Sight',
     'Telling',
@@ -25,6 +27,7 @@ __all__ = [
     'all_fitted',
     'decide',
     'gap_fraction',
+    'least_seen',
     'locate',
     'noise_floor',
     'objections',

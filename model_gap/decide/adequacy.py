@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_gap.campaign import CAMPAIGN
-from model_gap.fit import Fit, posterior_predictive_check
+from model_gap.fit import Fit, heldout_chance, posterior_predictive_check
 from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
 from model_gap.search import Search
@@ -53,6 +53,9 @@ class Adequacy:
         χ; of held-out records with what the fit leaves uncertain allowed for, NaN without any.
     count, count_heldout : int
         Complex data of both.
+    chance : float
+        That held-out records differ so much or more, were there tolerances and noise alone; 1 of
+        a fit with effects and without such records.
     worst, worst_heldout : BandLevel
         Where χ is largest.
     stretched : float
@@ -69,22 +72,28 @@ class Adequacy:
     stretched_name: str
     count: int = 1
     count_heldout: int = 1
+    chance: float = 1.0
 
     @property
     def of_fitted(self) -> 'Adequacy':
         """The same, judged by fitted records alone."""
-        return replace(self, heldout=float('nan'), worst_heldout=NOWHERE)
+        return replace(self, heldout=float('nan'), worst_heldout=NOWHERE, chance=1.0)
 
 
 def adequacy(search: Search, fit: Fit) -> Adequacy:
     """Measure what a fit leaves over on fitting and held-out records."""
     hypothesis = fit.hypothesis
     misfit, worst = _misfits(search.data.fitting, hypothesis)
-    heldout, worst_heldout = float('nan'), NOWHERE
+    heldout, worst_heldout, chance = float('nan'), NOWHERE, 1.0
     if search.data.heldout.records:
         heldout, moved = posterior_predictive_check(fit, search.data.heldout)
         _, worst_heldout = _misfits(search.data.heldout, moved)
-    both = search.data.fitting, search.data.heldout
+        if not hypothesis.effects:
+            chance = heldout_chance(fit, search.data.fitting, search.data.heldout)
+    count, count_heldout = (
+        max(sum(item.count for item in some.records), 1)
+        for some in (search.data.fitting, search.data.heldout)
+    )
     values = np.abs(hypothesis.tolerance_values)
     most = int(np.argmax(values)) if len(values) else -1
     return Adequacy(
@@ -94,7 +103,9 @@ def adequacy(search: Search, fit: Fit) -> Adequacy:
         worst_heldout,
         float(values[most]) if len(values) else 0.0,
         hypothesis.tolerances[most].name if len(values) else '',
-        *(max(sum(it.count for it in some.records), 1) for some in both),
+        count,
+        count_heldout,
+        chance,
     )
 
 

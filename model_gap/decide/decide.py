@@ -41,6 +41,8 @@ class DecisionLimits:
         up to 1.3 times the noise, wrong ones from 1.4: a drifting clock, a Stribeck curve.
     chance, worst_chance : float
         Beyond these by chance, in standard deviations of a mean of squares, 1/√n of n data.
+    heldout_chance : float
+        Least chance of held-out records, were there tolerances and noise alone.
     tolerance : float
         Largest tolerance, in prior standard deviations.
     least_fit_poses : int
@@ -57,6 +59,7 @@ class DecisionLimits:
     worst_misfit: float = 4.0
     chance: float = 0.0
     worst_chance: float = 0.0
+    heldout_chance: float = 0.0
     tolerance: float = 4.5
     least_fit_poses: int = 2
     near_end: float = 1e-3
@@ -68,7 +71,9 @@ LIMITS = DecisionLimits()
 # What a model must keep for `none`, beside what it is off itself: one healthy arm in 1000 does not
 # in all data or in those of one of a dozen bands and levels. Of nine healthy arms of a multibody
 # engine χ was 0.99 ± 0.012 (1/√n: 0.011), its largest 1.01, and 1.15 in a band.
-AGREEING = replace(LIMITS, misfit=1.02, worst_misfit=1.1, chance=3.1, worst_chance=4.0)
+AGREEING = replace(
+    LIMITS, misfit=1.02, worst_misfit=1.1, chance=3.1, worst_chance=4.0, heldout_chance=1e-3
+)
 EXPERIMENT_SEED = 0
 NOT_AT_ALL = ('no effect explains it',)
 
@@ -167,6 +172,11 @@ def objections(found: Adequacy, limits: DecisionLimits = LIMITS) -> tuple[str, .
                 f'{np.sqrt(worst.misfit):.3g} times the noise remains at {worst.place} in {name} '
                 'recordings'
             )
+    if found.chance < limits.heldout_chance:
+        why.append(
+            'held-out recordings differ from what was fitted by more than tolerances and noise '
+            f'allow (they would by chance in one of {1.0 / max(found.chance, 1e-9):.2g} arms)'
+        )
     if found.stretched > limits.tolerance:
         why.append(
             f'{found.stretched_name} would have to be {found.stretched:.1f} times its tolerance '

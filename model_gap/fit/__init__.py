@@ -6,8 +6,10 @@ evidence by Laplace's approximation (MacKay 2003, chapter 28).
 
 from model_gap.fit.fit import descend, Fit, fit, free_numbers_cost, Linearised
 from model_gap.fit.fits import fits, Numbers, numbers_of, with_numbers
-from model_gap.fit.linearise import tolerance_columns
+from model_gap.fit.heldout_chance import heldout_chance
+from model_gap.fit.linearise import effect_columns, tolerance_columns
 from model_gap.fit.partial import fit_some
+from model_gap.fit.plausible import cost
 from model_gap.fit.posterior_predictive import posterior_predictive_check
 from model_gap.fit.split import pose_groups, split
 from model_gap.fit.thresholds import FIT
@@ -17,11 +19,14 @@ __all__ = [
     'Fit',
     'Linearised',
     'Numbers',
+    'cost',
     'descend',
+    'effect_columns',
     'fit',
     'fit_some',
     'fits',
     'free_numbers_cost',
+    'heldout_chance',
     'numbers_of',
     'pose_groups',
     'posterior_predictive_check',

@@ -22,6 +22,7 @@ from model_gap.report.comparison_tables import (
     modes_table,
     transmissibility_table,
 )
+from model_gap.report.least_seen_words import least_seen_words
 from model_gap.report.pictures import gap_bars, gap_map, gap_on_arm, spectra
 from model_gap.report.tables import candidates_table, where_table
 from model_gap.report.words import effect_words, gravity_words, headline, named_springs
@@ -62,6 +63,7 @@ def render_report(result: GapResult, comparison: ModelComparison | None = None) 
         'pictures': range(len(pictures)),
         'capital': capital,
         'gravity': gravity_words(result),
+        'least_seen': least_seen_words(result.least_seen),
         'calibration': [
             *calibration_words(calibration(result), mounts(result), named_springs(result)),
             *encoder_words(result),

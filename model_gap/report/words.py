@@ -9,6 +9,7 @@ from model_gap.decide import Verdict
 from model_gap.effects import CATALOGUE, Effect
 from model_gap.find_gap import GapResult
 from model_gap.gap_json import accepted_effects, placed_effects
+from model_gap.report.least_seen_words import least_seen_words
 from model_gap.travelled import compares_none
 from structural_model.description import KnownEffect
 
@@ -116,5 +117,6 @@ def summary_lines(result: GapResult) -> list[str]:
     lines += [f'gravity: {line}' for line in gravity_words(result)]
     lines += calibration_words(calibration(result), mounts(result), named_springs(result))
     lines += encoder_words(result)
+    lines += [f'would be named: {line}' for line in least_seen_words(result.least_seen)]
     lines += [f'note: {line}' for line in result.search.notes]
     return lines

@@ -6,6 +6,7 @@ candidates are screened, fitted and refined until nothing is left to gain.
 
 from model_gap.search.all_poses import search_on_all
 from model_gap.search.evidence_bound import evidence_bound, tolerance_excess
+from model_gap.search.joint_screening import is_linear
 from model_gap.search.reach import joint_shares
 from model_gap.search.rivals import EVIDENCE_BETWEEN
 from model_gap.search.run import run_search, tolerances_only
@@ -25,6 +26,7 @@ __all__ = [
     'SearchSettings',
     'evidence_bound',
     'fit_tolerances',
+    'is_linear',
     'joint_shares',
     'larger',
     'of_first_poses',

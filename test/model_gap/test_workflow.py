@@ -20,7 +20,7 @@ from model_gap.effects.sensor_gain import SensorGain
 from model_gap.find_gap import find_gap
 from model_gap.gap_json import gap_mapping, write_gap_json
 from model_gap.report import summary_lines
-from model_gap.report.page import write_report
+from model_gap.report.page import render_report, write_report
 from model_gap.report.pictures import spectra
 from model_gap.result_folder import ResultFolder
 from model_gap.search.search import Search, SearchSettings
@@ -215,6 +215,11 @@ def test_what_was_found_is_kept_before_it_is_compared(softer, compared, tmp_path
 def test_healthy_arm_has_no_gap(campaign_of, robot):
     result = find_gap(robot, campaign_of((), SEED + 1), FEW)
     assert result.decision.verdict is Verdict.NONE, f'seed {SEED + 1}: {result.decision}'
+    said = [line for line in summary_lines(result) if line.startswith('would be named: ')]
+    assert any('joint stiffness: from factor' in line for line in said), said
+    page = render_report(result)
+    assert 'What would have been named' in page and 'Joint stiffness: from factor' in page
+    assert {row['type'] for row in gap_mapping(result)['least_seen']} >= {'joint_stiffness'}
     assert result.gap_after_heldout < 1.3 * result.noise_floor
 
 

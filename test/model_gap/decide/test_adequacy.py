@@ -8,10 +8,11 @@ import pytest
 from model_gap.campaign.campaign import GapRecord
 from model_gap.campaign.flat_tops import flat_topped
 from model_gap.decide.adequacy import adequacy
-from model_gap.decide.decide import untold
+from model_gap.decide.decide import AGREEING, objections, untold
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.tonal_disturbance import families, TonalDisturbance
 from model_gap.fit.fit import fit
+from model_gap.fit.linearise import tolerance_columns
 from model_gap.fit.posterior_predictive import posterior_predictive_check
 from model_gap.search.lines import lines_left
 from model_gap.search.search import Round, Search, SearchSettings
@@ -105,6 +106,31 @@ def test_heldout_poses_are_judged_with_what_the_fit_leaves_open(healthy):
     assert left.heldout == found
     assert left.worst.misfit < 1.5, left
     assert left.worst_heldout.misfit < 1.5, left
+
+
+def test_what_misses_held_out_poses_by_little_along_a_tolerance_is_no_agreement(healthy):
+    """Noise in all data hides it: what one tolerance does that the fitted poses tell well."""
+    search, fitted = healthy
+    assert adequacy(search, fitted).chance > 1e-3, f'seed {SEED + 2}'
+    heldout, here = search.data.heldout, fitted.hypothesis
+    columns = tolerance_columns(here, search.data.fitting)
+    told = int(np.argmax(np.sum(columns.astype(float) ** 2, axis=1)))
+    change = tolerance_columns(here, heldout)[told].astype(float)
+    share = np.sqrt(0.05 * heldout.weighting.count / (change @ change))
+    moved = here.tolerance_values.copy()
+    moved[told] += share
+    moved = dataclasses.replace(here, tolerance_values=moved)
+    both = [some.predict(cell.cell()) for some, cell in ((heldout, here), (heldout, moved))]
+    records = [
+        dataclasses.replace(item, measured=item.measured + two - one)
+        for item, one, two in zip(heldout.records, *both, strict=True)
+    ]
+    data = dataclasses.replace(search.data, heldout=dataclasses.replace(heldout, records=records))
+    left = adequacy(dataclasses.replace(search, data=data), fitted)
+    assert left.chance < 1e-3, f'seed {SEED + 2}: {left}'
+    (reason,) = objections(left, AGREEING)
+    assert 'tolerances and noise' in reason, f'seed {SEED + 2}'
+    assert objections(left) == ()
 
 
 def test_another_arm_at_the_heldout_poses_is_noticed(healthy):
