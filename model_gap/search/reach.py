@@ -1,13 +1,16 @@
 """How much of a gap a force at one place could explain at best, whatever its law.
 
 A change of the arm along one coordinate w acts like a force w·f(ω): a stiffer spring, friction,
-play, a swinging mass.  What no f explains, no such effect does.
+play, a swinging mass.  What no f explains, no such effect does.  Where the direction of w is to be
+fitted, it is forces along all axes of the place that bound it: along none of them alone need there
+be much.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 import dataclasses
 from dataclasses import dataclass
 import logging
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +23,8 @@ from model_gap.hypothesis import Hypothesis
 from model_gap.predict import Predictor
 
 Array = NDArray[np.float64]
+# An arm, and a degree of freedom or joint of it.
+Probe = tuple[CellModel, str]
 log = logging.getLogger(__name__)
 
 
@@ -31,6 +36,8 @@ class Shares:
     ----------
     explained : dict of str to float
         Σ|part of the residual|²/σ² per place; the parts overlap.
+    forces : dict of str to int
+        At every place, in each bin.
     total : float
         Of the whole residual.
     count, free : int
@@ -38,6 +45,7 @@ class Shares:
     """
 
     explained: dict[str, float]
+    forces: dict[str, int]
     total: float
     count: int
     free: int
@@ -45,7 +53,7 @@ class Shares:
     def gain(self, place: str) -> float:
         """Return the rise of log evidence; noise alone makes none."""
         left = max(self.total - self.explained[place], 1e-9 * self.total)
-        chi = left / max(self.count - self.free, 1)
+        chi = left / max(self.count - self.free * self.forces[place], 1)
         return float(FIT.effective_data * np.log(self.total / self.count / chi))
 
 
@@ -57,7 +65,10 @@ def joint_shares(hypothesis: Hypothesis, predictor: Predictor) -> Shares:
 
 
 def shares(
-    hypothesis: Hypothesis, predictor: Predictor, probes: Mapping[str, tuple[CellModel, str]]
+    hypothesis: Hypothesis,
+    predictor: Predictor,
+    probes: Mapping[str, Probe],
+    together: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> Shares:
     """Project the residual of every bin on what a force at each place makes the sensors read.
 
@@ -69,25 +80,25 @@ def shares(
         Of the records.
     probes : dict of str to (CellModel, str)
         Place to an arm and a degree of freedom or joint of it.
+    together : dict of str to sequence of str
+        Further places, each with those whose forces act there together.
     """
     predicted = predictor.predict(hypothesis.cell())
     rest = [
         item.measured - reading for item, reading in zip(predictor.records, predicted, strict=True)
     ]
-    explained = dict.fromkeys(probes, 0.0)
-    for cell in {id(cell): cell for cell, _ in probes.values()}.values():
-        systems = predictor.systems(cell.spec, cell.channels)
-        model = dataclasses.replace(predictor.model, spec=cell.spec)
-        for place in [name for name, (own, _) in probes.items() if own is cell]:
-            force = force_vector(model, probes[place][1], systems[0].dof_names)
-            for number, item in enumerate(predictor.records):
-                omega = item.omega[:, 1]
-                response = systems[predictor.groups[number]].response(omega, force)
-                response = cell.seen(omega, response)
-                free, weight = free_force(rest[number], response, item.noise_power)
-                explained[place] += float(np.sum(weight * np.abs(free) ** 2))
+    seen = _responses(probes, predictor)
+    places = {**{name: [name] for name in probes}, **together}
+    explained = {
+        place: sum(
+            _explained(rest[number], [seen[name][number] for name in names], item.noise_power)
+            for number, item in enumerate(predictor.records)
+        )
+        for place, names in places.items()
+    }
     return Shares(
         explained,
+        {place: len(names) for place, names in places.items()},
         sum(
             float(np.sum(item.squares(part)))
             for part, item in zip(rest, predictor.records, strict=True)
@@ -95,6 +106,35 @@ def shares(
         sum(item.count for item in predictor.records),
         sum(part.shape[1] for part in rest),
     )
+
+
+def _responses(probes: Mapping[str, Probe], predictor: Predictor) -> dict[str, list[Complex]]:
+    """Return what a unit force at each place makes the sensors read in every record."""
+    found: dict[str, list[Complex]] = {}
+    for cell in {id(cell): cell for cell, _ in probes.values()}.values():
+        systems = predictor.systems(cell.spec, cell.channels)
+        model = dataclasses.replace(predictor.model, spec=cell.spec)
+        for place in [name for name, (own, _) in probes.items() if own is cell]:
+            force = force_vector(model, probes[place][1], systems[0].dof_names)
+            found[place] = [
+                cell.seen(omega, systems[group].response(omega, force))
+                for group, omega in zip(
+                    predictor.groups, (item.omega[:, 1] for item in predictor.records), strict=True
+                )
+            ]
+    return found
+
+
+def _explained(rest: Complex, responses: Sequence[Complex], noise_power: Array) -> float:
+    """Return what free forces take away of a residual, bin by bin."""
+    if len(responses) == 1:
+        free, weight = free_force(rest, responses[0], noise_power)
+        return float(np.sum(weight * np.abs(free) ** 2))
+    root = np.sqrt(noise_power)
+    columns = np.stack([item / root for item in responses], axis=-1).transpose(1, 0, 2)
+    basis, size, _ = np.linalg.svd(columns, full_matrices=False)
+    pull = np.einsum('fck,cf->fk', basis.conj(), rest / root)
+    return float(np.sum(np.abs(pull[size > 1e-9 * size[:, :1]]) ** 2))
 
 
 def free_force(rest: Complex, response: Complex, noise_power: Array) -> tuple[Complex, Array]:
@@ -126,7 +166,8 @@ def within_reach(
     Parameters
     ----------
     candidates : sequence of Effect
-        Those that do not act along one coordinate stay.
+        Those that do not act along one coordinate stay; one whose direction is to be fitted stays
+        where forces along all its axes together explain enough, unless another axis does more.
     hypotheses : sequence of Hypothesis
         What they would be added to; the residual of one is enough.
     predictor : Predictor
@@ -140,7 +181,7 @@ def within_reach(
     most: dict[int, tuple[float, float]] = {}
     for hypothesis in hypotheses:
         cell = hypothesis.cell()
-        probes: dict[str, tuple[CellModel, str]] = {}
+        probes: dict[str, Probe] = {}
         place_of: dict[int, str] = {}
         for number, effect in enumerate(candidates):
             probe = effect.probe(cell, hypothesis.scene)
@@ -149,15 +190,23 @@ def within_reach(
                 probes.setdefault(probe[1], probe)
         if not probes:
             return list(candidates)
-        found = shares(hypothesis, predictor, probes)
-        gains = {place: found.gain(place) for place in probes}
-        least = max(least_gain, least_share * max(gains.values()))
+        axes = _axes(candidates, place_of)
+        found = shares(hypothesis, predictor, probes, axes)
+        gains = {place: found.gain(place) for place in (*probes, *axes)}
+        least = _least(gains, probes, least_gain, least_share)
         most |= {number: (gains[place], least) for number, place in place_of.items()}
         kept |= {
             number
             for number in range(len(candidates))
             if number not in place_of or gains[place_of[number]] >= least
         }
+        # Like is compared with like: forces along all axes explain more than one, at any place.
+        least = _least(gains, axes, least_gain, least_share)
+        for number, place in place_of.items():
+            together = _any_axis(candidates[number])
+            near = together in axes and gains[together] >= least
+            if near and gains[place] >= least_share * max(gains[name] for name in axes[together]):
+                kept.add(number)
     for number, effect in enumerate(candidates):
         if number not in kept:
             log.debug(
@@ -166,3 +215,23 @@ def within_reach(
                 *most[number],
             )
     return [candidates[number] for number in sorted(kept)]
+
+
+def _least(
+    gains: Mapping[str, float], places: Iterable[str], least_gain: float, least_share: float
+) -> float:
+    return max(least_gain, least_share * max((gains[place] for place in places), default=0.0))
+
+
+def _any_axis(effect: Effect) -> str:
+    """Return the name of all axes of an effect's place together."""
+    return f'{effect.type} along any axis of {effect.location}'
+
+
+def _axes(candidates: Sequence[Effect], place_of: Mapping[int, str]) -> dict[str, list[str]]:
+    """Return the axes of every place at which the direction is one of an effect's numbers."""
+    found: dict[str, dict[str, None]] = {}
+    for number, place in place_of.items():
+        if candidates[number].turns:
+            found.setdefault(_any_axis(candidates[number]), {})[place] = None
+    return {place: list(names) for place, names in found.items() if len(names) > 1}

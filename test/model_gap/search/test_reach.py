@@ -9,10 +9,11 @@ from model_gap.decide.discriminate import experiments_between, separation_now
 from model_gap.effects.cubic_stiffness import CubicStiffness
 from model_gap.effects.joint_stiffness import JointStiffness
 from model_gap.effects.payload import Payload
+from model_gap.effects.tuned_mass import TunedMass
 from model_gap.fit.linearise import tolerance_columns
 from model_gap.fit.split import split
 from model_gap.fit.thresholds import FIT
-from model_gap.search.reach import joint_shares, within_reach
+from model_gap.search.reach import joint_shares, shares, within_reach
 from model_gap.search.search import Search
 
 SEED = 31
@@ -49,6 +50,31 @@ def test_hidden_torque_is_within_reach_of_its_joint_alone(search):
     candidates = [JointStiffness(f'joint_{number}') for number in (2, 6)]
     kept = within_reach(candidates, [search.nominal], search.data.coarse, 3.0, 0.3)
     assert [effect.location for effect in kept] == ['joint_2'], f'seed {SEED}'
+
+
+def test_what_swings_across_all_axes_of_its_link_is_within_reach_there(search):
+    """No axis of link 3 alone explains 0.4 of what the best one of another link does."""
+    link, predictor = 'link_3', search.data.coarse
+    oblique = (10.8, 13.5, 0.04, -0.02, -0.28, 0.24, -0.67, 0.36)
+    cell = TunedMass(link, 'y', details=True).apply(search.nominal.cell(), oblique, search.scene)
+    rng = np.random.default_rng(SEED)
+    records = []
+    for item, reading in zip(predictor.records, predictor.predict(cell), strict=True):
+        noise = rng.standard_normal((2, *reading.shape))
+        noise = np.sqrt(0.5 * item.noise_power) * (noise[0] + 1j * noise[1])
+        records.append(dataclasses.replace(item, measured=reading + noise))
+    recorded = dataclasses.replace(predictor, records=records)
+    swinging = TunedMass.instances(search.scene)
+    probes = {}
+    for effect in swinging:
+        found = effect.probe(search.nominal.cell(), search.scene)
+        probes[found[1]] = found
+    alone = shares(search.nominal, recorded, probes)
+    gains = {name: alone.gain(name) for name in probes}
+    own = max(gain for name, gain in gains.items() if name.startswith(f'swing_{link}'))
+    assert own < 0.4 * max(gains.values()), f'seed {SEED}: {gains}'
+    kept = within_reach(swinging, [search.nominal], recorded, 0.0, 0.4)
+    assert link in {effect.location for effect in kept}, f'seed {SEED}: {kept}'
 
 
 def test_next_experiment_separates_better_than_the_campaign(search):
