@@ -75,6 +75,8 @@ AGREEING = replace(
     LIMITS, misfit=1.02, worst_misfit=1.1, chance=3.1, worst_chance=4.0, heldout_chance=1e-3
 )
 EXPERIMENT_SEED = 0
+# No one has seen more arms.
+MOST_SAID = 1_000_000
 NOT_AT_ALL = ('no effect explains it',)
 
 
@@ -173,9 +175,10 @@ def objections(found: Adequacy, limits: DecisionLimits = LIMITS) -> tuple[str, .
                 'recordings'
             )
     if found.chance < limits.heldout_chance:
+        arms = int(min(1.0 / max(found.chance, 1e-300), MOST_SAID))
         why.append(
             'held-out recordings differ from what was fitted by more than tolerances and noise '
-            f'allow (they would by chance in one of {1.0 / max(found.chance, 1e-9):.2g} arms)'
+            f'allow: less than one healthy arm in {arms} does so much'
         )
     if found.stretched > limits.tolerance:
         why.append(
