@@ -1,6 +1,7 @@
 """One pole for each mode, of those that make sense beside the others."""
 
 import logging
+import math
 
 import numpy as np
 
@@ -50,7 +51,19 @@ def is_same_mode(first: SelectedPole, second: SelectedPole) -> bool:
     orders = first.band.poles.model_order
     shared = np.intersect1d(orders[first.cluster.members], orders[second.cluster.members])
     side_by_side = len(shared) > 0.5 * min(len(first.cluster), len(second.cluster))
-    return alike or not side_by_side
+    # Over one or two channels all shapes are alike.
+    return not side_by_side or (alike and not _far_apart(first, second))
+
+
+def _far_apart(first: SelectedPole, second: SelectedPole) -> bool:
+    """Tell whether frequencies or damping ratios differ by far more than they scatter."""
+    frequency_hz = abs(first.frequency_hz - second.frequency_hz)
+    ratio = abs(first.damping_ratio - second.damping_ratio)
+    one, other = first.deviation, second.deviation
+    frequency_std_hz = math.hypot(one.frequency_std_hz, other.frequency_std_hz)
+    ratio_std = math.hypot(one.damping_ratio_std, other.damping_ratio_std)
+    most = SELECTION.same_std
+    return frequency_hz > most * frequency_std_hz or ratio > most * ratio_std
 
 
 def beside_others(poles: list[SelectedPole]) -> list[SelectedPole]:
