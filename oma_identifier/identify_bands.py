@@ -34,9 +34,9 @@ def band_sources(
     """
     duration_s = sum(part.duration_s for part in parts)
     bands = plan_bands(parts[0].sample_rate_hz, duration_s, settings)
-    rows, sources = _rows(parts), []
+    rows, sources = taken(parts), []
     for done, band in enumerate(bands):
-        sources.append(_source(band, rows, duration_s, settings))
+        sources.append(band_source(band, rows, duration_s, settings))
         if progress is not None:
             progress((done + 1) / len(bands))
     return sources
@@ -61,26 +61,28 @@ def bands_without_lines(
     settings : IdentificationSettings
         As for the first time.
     """
-    rows = _rows(freed)
+    rows = taken(freed)
     duration_s = sum(part.duration_s for part in freed)
     return [
-        _source(source.band, rows, duration_s, settings)
+        band_source(source.band, rows, duration_s, settings)
         if source is not None and source.band.sees(lines_hz).any()
         else source
         for source in sources
     ]
 
 
-def _rows(parts: Sequence[Samples]) -> list[Decimation]:
+def taken(parts: Sequence[Samples]) -> list[Decimation]:
+    """Return stretches of one record, each to be decimated once for all bands."""
     rows = [Decimation() for _ in parts]
     for each, part in zip(rows, parts, strict=True):
         each.take(part.acceleration)
     return rows
 
 
-def _source(
+def band_source(
     band: Band, parts: Sequence[Decimation], duration_s: float, settings: IdentificationSettings
 ) -> BandCovariance | None:
+    """Return the covariances of one band, None where it has too little data."""
     # As many blocks in each part as allow for what an interrupted one loses.
     stream = BandStream(band, settings, duration_s / len(parts), WhenFull.JOIN)
     for rows in parts:

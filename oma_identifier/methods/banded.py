@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from modal_core.samples import Samples
 from oma_identifier.covariance import Band, BandConditioner, plan_bands
+from oma_identifier.identify_bands import band_source, taken
 from oma_identifier.methods.jackknife import jackknife, stretches
 from oma_identifier.methods.solver import Solver
 from oma_identifier.methods.thresholds import METHOD
@@ -205,7 +206,7 @@ def _problems(
     data = samples.acceleration
     if inputs is not None:
         data = np.concatenate([data, inputs], axis=1)
-    n_channels = len(samples.channels)
+    n_channels, parts = len(samples.channels), taken([samples])
     for band in plan_bands(samples.sample_rate_hz, counted_s, settings):
         rows = BandConditioner(band).condition(data)
         if len(rows) < 10 * METHOD.samples_per_order:
@@ -217,10 +218,10 @@ def _problems(
                 :, scale[n_channels:] <= METHOD.still * inputs.std(axis=0).max()
             ] = 0.0
         seconds = min(counted_s, len(rows) / band.sample_rate_hz)
-        orders = _orders(round(seconds * band.sample_rate_hz), settings)
+        source = band_source(band, parts, counted_s, settings)
+        wanted = settings.max_order if source is None else source.max_order
+        highest = min(wanted, round(seconds * band.sample_rate_hz) // METHOD.samples_per_order)
+        # Twice the order is for many modes: half as high there are fewer, broader ones.
+        lowest = settings.max_order if highest > settings.max_order else settings.min_order
+        orders = range(lowest + lowest % 2, highest + 1, 2)
         yield Problem(rows, n_channels, band, orders, scale[:n_channels], seconds)
-
-
-def _orders(n_samples: int, settings: IdentificationSettings) -> range:
-    highest = min(settings.max_order, n_samples // METHOD.samples_per_order)
-    return range(settings.min_order + settings.min_order % 2, highest + 1, 2)

@@ -16,7 +16,7 @@ def prepare_ssi_data(problem: Problem, settings: IdentificationSettings) -> Solv
     """Sum what data-driven subspace identification needs of a band."""
     references = choose_references(problem.rows, settings.n_references)
     block_rows = settings.block_rows or max(
-        BLOCK_ROWS, math.ceil(1.5 * settings.max_order / len(references))
+        BLOCK_ROWS, math.ceil(1.5 * problem.orders[-1] / len(references))
     )
     gram = data_gram(problem.rows, references, block_rows)
 

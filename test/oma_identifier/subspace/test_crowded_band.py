@@ -10,6 +10,7 @@ from modal_core.channel import Channel
 from modal_core.samples import Samples
 from oma_identifier.identify import identify_parts
 from oma_identifier.identify_bands import band_sources, identify_bands
+from oma_identifier.methods import method_named
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.spectra import line_at
 from oma_identifier.subspace import RecordStreams
@@ -47,6 +48,15 @@ def test_only_a_crowded_band_has_twice_the_order(n_modes, order):
 def test_the_modes_of_a_crowded_band_are_found():
     true_hz, samples = structure(991797, 36)
     found_hz = identify_parts([samples], SETTINGS).modes.frequency_hz
+    apart_hz = np.abs(true_hz[:, None] - found_hz).min(axis=1)
+    assert np.count_nonzero(apart_hz < 0.005 * true_hz) >= 32
+    assert len(found_hz) <= 36
+
+
+@pytest.mark.parametrize('method', ['ssi_data', 'plscf', 'vmd'])
+def test_other_methods_find_the_modes_of_a_crowded_band(method):
+    true_hz, samples = structure(991797, 36)
+    found_hz = method_named(method).identify(samples, SETTINGS).modes.frequency_hz
     apart_hz = np.abs(true_hz[:, None] - found_hz).min(axis=1)
     assert np.count_nonzero(apart_hz < 0.005 * true_hz) >= 32
     assert len(found_hz) <= 36
