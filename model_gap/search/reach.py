@@ -6,7 +6,7 @@ fitted, it is forces along all axes of the place that bound it: along none of th
 be much.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 import dataclasses
 from dataclasses import dataclass
 import logging
@@ -87,15 +87,13 @@ def shares(
     rest = [
         item.measured - reading for item, reading in zip(predictor.records, predicted, strict=True)
     ]
-    seen = _responses(probes, predictor)
     places = {**{name: [name] for name in probes}, **together}
-    explained = {
-        place: sum(
-            _explained(rest[number], [seen[name][number] for name in names], item.noise_power)
-            for number, item in enumerate(predictor.records)
-        )
-        for place, names in places.items()
-    }
+    explained = dict.fromkeys(places, 0.0)
+    for part, item, seen in zip(
+        rest, predictor.records, _responses(probes, predictor), strict=True
+    ):
+        for place, names in places.items():
+            explained[place] += _explained(part, [seen[name] for name in names], item.noise_power)
     return Shares(
         explained,
         {place: len(names) for place, names in places.items()},
@@ -108,21 +106,24 @@ def shares(
     )
 
 
-def _responses(probes: Mapping[str, Probe], predictor: Predictor) -> dict[str, list[Complex]]:
-    """Return what a unit force at each place makes the sensors read in every record."""
-    found: dict[str, list[Complex]] = {}
-    for cell in {id(cell): cell for cell, _ in probes.values()}.values():
-        systems = predictor.systems(cell.spec, cell.channels)
-        model = dataclasses.replace(predictor.model, spec=cell.spec)
-        for place in [name for name, (own, _) in probes.items() if own is cell]:
-            force = force_vector(model, probes[place][1], systems[0].dof_names)
-            found[place] = [
-                cell.seen(omega, systems[group].response(omega, force))
-                for group, omega in zip(
-                    predictor.groups, (item.omega[:, 1] for item in predictor.records), strict=True
-                )
-            ]
-    return found
+def _responses(probes: Mapping[str, Probe], predictor: Predictor) -> Iterator[dict[str, Complex]]:
+    """Yield, of every record, what a unit force at each place makes the sensors read."""
+    cells = {id(cell): cell for cell, _ in probes.values()}
+    systems = {at: predictor.systems(cell.spec, cell.channels) for at, cell in cells.items()}
+    forces = {
+        place: force_vector(
+            dataclasses.replace(predictor.model, spec=cell.spec),
+            where,
+            systems[id(cell)][0].dof_names,
+        )
+        for place, (cell, where) in probes.items()
+    }
+    for item, group in zip(predictor.records, predictor.groups, strict=True):
+        omega = item.omega[:, 1]
+        yield {
+            place: cell.seen(omega, systems[id(cell)][group].response(omega, forces[place]))
+            for place, (cell, _) in probes.items()
+        }
 
 
 def _explained(rest: Complex, responses: Sequence[Complex], noise_power: Array) -> float:
