@@ -145,6 +145,8 @@ class BandedMethod(ABC):
 
     name: str
     needs_inputs = False
+    raises_order = False
+    """Whether a crowded band is solved at higher orders; methods that choose theirs do not."""
     trials: Sequence[float] = SELECTION.trials
 
     @abstractmethod
@@ -172,7 +174,7 @@ class BandedMethod(ABC):
         counted_s = self.counted_s(samples, settings)
         problems = (
             self.weighted(problem, settings)
-            for problem in _problems(samples, settings, known, counted_s)
+            for problem in _problems(samples, settings, known, counted_s, self.raises_order)
         )
         selections = [
             select_in_band(
@@ -200,7 +202,11 @@ def no_raw_poles(n_channels: int) -> RawPoles:
 
 
 def _problems(
-    samples: Samples, settings: IdentificationSettings, inputs: Real | None, counted_s: float
+    samples: Samples,
+    settings: IdentificationSettings,
+    inputs: Real | None,
+    counted_s: float,
+    raises_order: bool,
 ) -> Iterator[Problem]:
     """Condition every band that has samples enough."""
     data = samples.acceleration
@@ -218,7 +224,7 @@ def _problems(
                 :, scale[n_channels:] <= METHOD.still * inputs.std(axis=0).max()
             ] = 0.0
         seconds = min(counted_s, len(rows) / band.sample_rate_hz)
-        source = band_source(band, parts, counted_s, settings)
+        source = band_source(band, parts, counted_s, settings) if raises_order else None
         wanted = settings.max_order if source is None else source.max_order
         highest = min(wanted, round(seconds * band.sample_rate_hz) // METHOD.samples_per_order)
         # Twice the order is for many modes: half as high there are fewer, broader ones.

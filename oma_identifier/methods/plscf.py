@@ -20,6 +20,7 @@ class Plscf(BandedMethod):
     """Half spectra fitted by a matrix polynomial; deviations by the jackknife to first order."""
 
     name = 'plscf'
+    raises_order = True
 
     def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solver:
         """Sum the covariances."""

@@ -30,6 +30,7 @@ class SsiData(BandedMethod):
     """Projection of future on past responses; deviations by the jackknife of blocks."""
 
     name = 'ssi_data'
+    raises_order = True
 
     def prepare(self, problem: Problem, settings: IdentificationSettings) -> Solver:
         """Sum what the method needs of a band."""
