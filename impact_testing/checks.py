@@ -1,6 +1,7 @@
 """What speaks for or against a tap test: driving points, reciprocity, synthesised FRFs."""
 
 from collections.abc import Sequence
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from impact_testing.thresholds import IMPACT
 from impact_testing.unexplained import unexplained_peaks
 from modal_core.mode import Mode
 from modal_core.words.named import named
+from oma_identifier.quality import QUALITY, times_of_alike
 
 Complex = NDArray[np.complex128]
 MODEL_SHORT = 2.0
@@ -182,15 +184,11 @@ def remarks_on_sizes(records: Sequence[ImpactRecord]) -> tuple[str, ...]:
     for record in records:
         channels = record.responses.channels
         size = record.responses.widened().std(axis=0)
-        for unit in {channel.unit for channel in channels}:
-            alike = [n for n, channel in enumerate(channels) if channel.unit == unit]
-            middle = float(np.median(size[alike]))
-            if len(alike) < IMPACT.fewest_alike or not middle > 0.0:
-                continue
-            for n in alike:
-                times = float(size[n]) / middle
-                if not 1.0 / IMPACT.unlike_size < times < IMPACT.unlike_size:
-                    far[channels[n].name] = times
+        sizes = times_of_alike(size.tolist(), [channel.unit for channel in channels])
+        for channel, times in zip(channels, sizes.tolist(), strict=True):
+            usual = 1.0 / QUALITY.small_factor < times < QUALITY.small_factor
+            if math.isfinite(times) and not usual:
+                far[channel.name] = times
     return tuple(
         f'{name} reads {times:.2g} times what the other sensors do: check its unit and gain;'
         ' masses and shapes are as wrong as these'

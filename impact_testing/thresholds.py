@@ -37,11 +37,6 @@ class ImpactLimits:
     most_damping : float
         Damping ratio beyond which a pole is background, no mode: its half-power band is half its
         frequency.
-    fewest_alike : int
-        Sensors of one kind that tell how much a structure moves.
-    unlike_size : float
-        Times that a sensor reads more or less than the median of its kind: half of what milli or
-        kilo makes, see ``small_factor`` of :mod:`oma_identifier.quality`.
     """
 
     above_noise: float = 6.0
@@ -55,8 +50,6 @@ class ImpactLimits:
     force_range: float = 0.01
     false_modes: float = 1e-3
     most_damping: float = 0.25
-    fewest_alike: int = 3
-    unlike_size: float = 500.0
 
 
 IMPACT = ImpactLimits()

@@ -3,6 +3,7 @@
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
 from copy import deepcopy
+from functools import cached_property
 import heapq
 from operator import attrgetter
 from pathlib import Path
@@ -83,7 +84,6 @@ class MessageRecording:
         self._mark = mark
         self._spindle = spindle
         self._stretch: Stretch | None = None
-        self._copied: bool | None = None
         self.n_refused: dict[str, int] = {}
         self.refused: dict[str, str] = {}
         self._speed_topic = speed_topic(self.entries, spindle)
@@ -155,7 +155,7 @@ class MessageRecording:
         return without_channel(self._read(), self._spindle)
 
     def _read(self) -> Iterator[Measurement]:
-        is_copied = self._is_copied()
+        is_copied = self._is_copied
         self.n_refused = {}
         self.refused = {}
         if is_copied:
@@ -164,12 +164,11 @@ class MessageRecording:
         for batch in self.raw_batches():
             yield from self._decoded(batch)
 
+    @cached_property
     def _is_copied(self) -> bool:
-        """Tell whether log times are those of a program that wrote the file anew."""
-        if self._copied is None:
-            with closing(self.raw_batches()) as batches:
-                self._copied = log_times_mislead(self._decoded(next(batches, {})))
-        return self._copied
+        """Whether log times are those of a program that wrote the file anew."""
+        with closing(self.raw_batches()) as batches:
+            return log_times_mislead(self._decoded(next(batches, {})))
 
     def _readers(self) -> list[tuple[str, MessageFile]]:
         """Return each topic with a reader of its own, so that little is held of any."""
@@ -215,7 +214,7 @@ class MessageRecording:
 
         Where log times mislead, see :meth:`measurements`, by the stamps within.
         """
-        if not self._is_copied():
+        if not self._is_copied:
             return self.file.messages(self.selected)
         topics = [self._stamped(*each) for each in self._readers()]
         return heapq.merge(*topics, key=attrgetter('log_time_ns'))

@@ -212,10 +212,9 @@ def at_limits(hypothesis: Hypothesis) -> tuple[str, ...]:
                 item.high - LIMITS.near_end * abs(item.high),
             )
             if not low < value < high:
-                unit = '' if item.unit == '1' else f' {item.unit}'
                 found.append(
                     f'{item.name} of {effect!r} would have to be at the end of what is plausible, '
-                    f'{value:.3g}{unit}, or beyond'
+                    f'{item.said(value)}, or beyond'
                 )
     return tuple(found)
 
@@ -308,9 +307,8 @@ def _at_end(item: EffectParameter, value: float) -> bool:
 
 
 def _end_words(effect: Effect, item: EffectParameter, value: float) -> str:
-    unit = '' if item.unit == '1' else f' {item.unit}'
     name = item.name.replace('_', ' ')
-    return f'{name} of {effect!r} is at the end of its range, {value:.3g}{unit}'
+    return f'{name} of {effect!r} is at the end of its range, {item.said(value)}'
 
 
 def _unexplained(

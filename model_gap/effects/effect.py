@@ -56,6 +56,10 @@ class EffectParameter:
         alike = self.unit == first.unit and not self.log and self.neutral == 0.0
         return self is first or alike
 
+    def said(self, value: float) -> str:
+        """Return a value with its unit."""
+        return f'{value:.3g}' + ('' if self.unit == '1' else f' {self.unit}')
+
     def slope(self, inner: float) -> float:
         """Return d value / d inner."""
         return self.value(inner) if self.log else 1.0

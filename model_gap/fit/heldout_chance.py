@@ -28,7 +28,7 @@ from model_gap.predict import Predictor
 
 Array = NDArray[np.float64]
 # Axes along which an error of all tolerances moves the held-out data by less than so many of
-# their deviations together are noise alone, and tell nothing.
+# their deviations together are noise alone: their variance is that of the noise within 2 %.
 LEAST_SEEN = 0.1
 
 

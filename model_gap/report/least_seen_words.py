@@ -5,8 +5,7 @@ import math
 
 from modal_core.words.named import named
 from model_gap.decide import LeastSeen
-
-MOST_NAMED = 6
+from model_gap.report.telling_words import MOST_NAMED
 
 
 def least_seen_words(found: Sequence[LeastSeen]) -> list[str]:
@@ -36,7 +35,6 @@ def _sizes(own: Sequence[LeastSeen]) -> str:
 
 
 def _size(item: LeastSeen) -> str:
-    unit = '' if item.number.unit == '1' else f' {item.number.unit}'
     name = f'{item.number.name.replace("_", " ")} '
     place = f' ({item.effect.location})' if item.effect.location else ''
-    return f'{name}{item.value:.3g}{unit}{place}'
+    return f'{name}{item.number.said(item.value)}{place}'

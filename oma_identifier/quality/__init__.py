@@ -21,12 +21,14 @@ from oma_identifier.quality.health import (
 from oma_identifier.quality.heard import heard_to_hz, without_unheard
 from oma_identifier.quality.repeats import RepeatWatch
 from oma_identifier.quality.setup_check import check_gravity
-from oma_identifier.quality.sizes import check_sizes
+from oma_identifier.quality.sizes import check_sizes, times_of_alike
+from oma_identifier.quality.thresholds import QUALITY
 
 __all__ = [
     'COPIED',
     'DAMPING_UNSURE',
     'EXCLUDING',
+    'QUALITY',
     'ChannelHealth',
     'ConverterWatch',
     'RepeatWatch',
@@ -42,5 +44,6 @@ __all__ = [
     'joined',
     'noise_rms',
     'summarise',
+    'times_of_alike',
     'without_unheard',
 ]

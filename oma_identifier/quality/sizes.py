@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modal_core.quality import ChannelQuality
 from oma_identifier.quality.thresholds import QUALITY
@@ -21,16 +22,36 @@ def check_sizes(channels: Sequence[ChannelQuality]) -> dict[str, str]:
         Those that take part, with their rms and noise.
     """
     flags: dict[str, str] = {}
-    for unit in {channel.unit for channel in channels}:
-        alike = [channel for channel in channels if channel.unit == unit]
-        if len(alike) < QUALITY.fewest_alike:
-            continue
-        middle = float(np.median([channel.rms for channel in alike]))
-        least, most = middle / QUALITY.small_factor, middle * QUALITY.small_factor
-        flags |= {channel.name: LARGE for channel in alike if channel.rms > most}
-        flags |= {
-            channel.name: SMALL
-            for channel in alike
-            if channel.rms < least and channel.noise_rms < QUALITY.mostly_noise * channel.rms
-        }
+    sizes = times_of_alike([each.rms for each in channels], [each.unit for each in channels])
+    for channel, times in zip(channels, sizes, strict=True):
+        if times > QUALITY.small_factor:
+            flags[channel.name] = LARGE
+        elif (
+            times < 1.0 / QUALITY.small_factor
+            and channel.noise_rms < QUALITY.mostly_noise * channel.rms
+        ):
+            flags[channel.name] = SMALL
     return flags
+
+
+def times_of_alike(rms: Sequence[float], unit: Sequence[str]) -> NDArray[np.float64]:
+    """Return each channel's rms over the median of those in its unit.
+
+    Parameters
+    ----------
+    rms, unit : (n_channels,) sequence
+        Of the channels.
+
+    Returns
+    -------
+    (n_channels,) array
+        NaN where too few channels tell what is usual; infinite where most do not move.
+    """
+    values, units = np.asarray(rms, dtype=float), np.asarray(unit)
+    times = np.full(len(values), np.nan)
+    for each in dict.fromkeys(unit):
+        alike = units == each
+        if np.count_nonzero(alike) >= QUALITY.fewest_alike:
+            with np.errstate(divide='ignore', invalid='ignore'):
+                times[alike] = values[alike] / np.median(values[alike])
+    return times

@@ -138,8 +138,10 @@ class BandStream:
         if blocks is None or blocks.n_added < self._ask_at:
             return False
         self._ask_at = blocks.n_added + SUBSPACE.spans_between * N_COVARIANCE_BLOCKS
-        of_band = self._result(blocks)
-        return leaves_more_than_chance(of_band.covariance, of_band.block_rows, self._order)
+        of_band = self.result()
+        return of_band is not None and leaves_more_than_chance(
+            of_band.covariance, of_band.block_rows, self._order
+        )
 
     def result(self) -> BandCovariance | None:
         """Return the covariances so far; None before the first block is complete.

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from modal_core.measurements import NANOSECONDS_PER_SECOND
 from modal_core.samples import Samples
-from oma_identifier.covariance import Decimation, plan_bands, WhenFull
+from oma_identifier.covariance import Band, Decimation, plan_bands, WhenFull
 from oma_identifier.settings import IdentificationSettings
 from oma_identifier.subspace.band_stream import BandCovariance, BandStream
 
@@ -61,25 +61,19 @@ class RecordStreams:
         self._decimation = Decimation()
         bands = plan_bands(samples.sample_rate_hz, self._span_s(samples), self._settings)
         self._streams = [
-            BandStream(
-                band, self._settings, self._span_s(samples), WhenFull.RETIRE, turn=index % 4
-            )
-            for index, band in enumerate(bands)
+            self._stream(band, samples, index % 4) for index, band in enumerate(bands)
         ]
 
     def _span_s(self, samples: Samples) -> float:
         return min(self._settings.window_s, samples.duration_s)
 
+    def _stream(self, band: Band, samples: Samples, turn: int, fold: int = 1) -> BandStream:
+        span_s = self._span_s(samples)
+        return BandStream(band, self._settings, span_s, WhenFull.RETIRE, turn, fold)
+
     def _with_twice_the_orders(self, stream: BandStream, samples: Samples) -> BandStream:
         """Return the band's stream begun anew, with room for its modes."""
-        roomier = BandStream(
-            stream.band,
-            self._settings,
-            self._span_s(samples),
-            WhenFull.RETIRE,
-            turn=stream.turn,
-            fold=2,
-        )
+        roomier = self._stream(stream.band, samples, stream.turn, fold=2)
         window = Decimation()
         window.take(samples.acceleration)
         roomier.add(window)
